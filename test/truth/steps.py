@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Judge recorded steps against exact positions.
+
+A step from n to n+-1 must happen when the exact stepper position crosses the
+half-step level between the two, give or take the compression tolerance.  It
+did if the exact position straddles that level between `time - tolerance` and
+`time + tolerance`.
+"""
+
+import numpy as np
+
+TOLERANCE = 25e-6       # s, bound of step compression
+ROUNDING = 2e-9         # mm, double arithmetic on both sides
+
+
+def check_steps(times, directions, start_steps, position, step_dist, tick,
+                tolerance=TOLERANCE):
+    """Return the indexes of steps outside the bound, and the final count.
+
+    times: (n,) s.  directions: (n,) +-1.  start_steps: count before the first.
+    position: function of times (m,) giving the exact position (m,) in mm.
+    """
+    times = np.asarray(times, dtype=np.float64)
+    directions = np.asarray(directions, dtype=np.int64)
+    count_after = start_steps + np.cumsum(directions)
+    level = (count_after - 0.5 * directions) * step_dist
+    bound = tolerance + tick
+    before = (position(times - bound) - level) * directions
+    after = (position(times + bound) - level) * directions
+    bad = np.nonzero((before > ROUNDING) | (after < -ROUNDING))[0]
+    final = int(count_after[-1]) if len(times) else start_steps
+    return bad, final
+
+
+def worst_error(times, directions, start_steps, position, step_dist, index):
+    """Signed time (s) from step `index` to its exact crossing, by bisection."""
+    count = start_steps + int(np.sum(directions[:index + 1]))
+    level = (count - 0.5 * directions[index]) * step_dist
+    reach = 1e-3
+    low, high = times[index] - reach, times[index] + reach
+    for _ in range(60):
+        mid = 0.5 * (low + high)
+        value = (position(np.array([mid]))[0] - level) * directions[index]
+        low, high = (mid, high) if value < 0.0 else (low, mid)
+    return times[index] - 0.5 * (low + high)
