@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Speed of a fan from its tachometer pulses, counted by the mcu."""
+
+SAMPLE_TIME = 1.0
+
+
+class FanTachometer:
+    """Counts edges on tachometer_pin; rpm None without such a pin."""
+
+    def __init__(self, config):
+        self.section = config.get_name()
+        self.frequency = None
+        pin = config.get("tachometer_pin", None)
+        if pin is None:
+            return
+        self.pulses_per_turn = config.getint("tachometer_ppr", 2, minval=1)
+        self.poll_time = config.getfloat("tachometer_poll_interval", 0.0015,
+                                         above=0.0)
+        self._setup(config.get_printer(), pin)
+
+    def _setup(self, printer, pin):
+        ppins = printer.lookup_object("pins")
+        self.pin = ppins.lookup_pin(pin, can_pullup=True)
+        self.mcu = self.pin["chip"]
+        self.oid = self.mcu.create_oid()
+        self.last_count = self.last_time = None
+        self.frequency = 0.0
+        self.mcu.register_config_callback(self._build_config)
+
+    def _build_config(self):
+        mcu, oid = self.mcu, self.oid
+        constants = mcu.get_constants()
+        if mcu.try_lookup_command(
+                "config_counter oid=%c pin=%u pull_up=%c") is None:
+            raise mcu.get_printer().config_error(
+                "Option 'tachometer_pin' in section '%s': the firmware of mcu"
+                " '%s' (%s) has no pulse counter; build it with counters or"
+                " remove the option" % (self.section, mcu.get_name(),
+                                        constants.get("MCU", "unknown")))
+        mcu.add_config_cmd("config_counter oid=%d pin=%s pull_up=%d"
+                           % (oid, self.pin["pin"], self.pin["pullup"]))
+        clock = mcu.get_query_slot(oid)
+        mcu.add_config_cmd(
+            "query_counter oid=%d clock=%d poll_ticks=%d sample_ticks=%d"
+            % (oid, clock, mcu.seconds_to_clock(self.poll_time),
+               mcu.seconds_to_clock(SAMPLE_TIME)), is_init=True)
+        mcu.register_serial_response(
+            self._handle_state, "counter_state oid=%c next_clock=%u count=%u"
+            " count_clock=%u", oid)
+
+    def _handle_state(self, params):
+        clock = self.mcu.clock32_to_clock64(params["count_clock"])
+        now = self.mcu.clock_to_print_time(clock)
+        count = params["count"]
+        if self.last_time is not None:
+            edges = (count - self.last_count) & 0xffffffff
+            elapsed = now - self.last_time
+            # Both edges of every pulse are counted.
+            if elapsed > 0.0:
+                self.frequency = 0.5 * edges / elapsed
+        self.last_count, self.last_time = count, now
+
+    def get_status(self, eventtime):
+        if self.frequency is None:
+            return {"rpm": None}
+        return {"rpm": self.frequency * 60.0 / self.pulses_per_turn}

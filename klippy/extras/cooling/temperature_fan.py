@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""[temperature_fan name]: a fan that holds a sensor at a temperature."""
+from klippy.extras import fan
+
+ABSOLUTE_ZERO = -273.15
+START_TEMP = 25.0
+MAX_FAN_TIME = 5.0
+
+
+class TemperatureFan:
+    """Status: those of Fan plus temperature and target (degC)."""
+
+    def __init__(self, config):
+        self.printer = config.get_printer()
+        self.name = config.get_name().split()[-1]
+        self.fan = fan.Fan(config, default_shutdown_speed=1.0)
+        self._setup_sensor(config)
+        self.max_speed_conf = config.getfloat("max_speed", 1.0,
+                                              above=0.0, maxval=1.0)
+        self.min_speed_conf = config.getfloat("min_speed", 0.3,
+                                              minval=0.0, maxval=1.0)
+        self.max_speed, self.min_speed = (
+            self.max_speed_conf, self.min_speed_conf)
+        self.target_temp_conf = self.target_temp = config.getfloat(
+            "target_temp", min(40.0, self.max_temp),
+            minval=self.min_temp, maxval=self.max_temp)
+        controls = {"watermark": ControlBangBang, "pid": ControlPID}
+        kind = config.getchoice("control", {name: name for name in controls})
+        self.control = controls[kind](self, config)
+        self.printer.lookup_object("gcode").register_mux_command(
+            "SET_TEMPERATURE_FAN_TARGET", "TEMPERATURE_FAN", self.name,
+            self.cmd_SET_TEMPERATURE_FAN_TARGET,
+            desc=self.cmd_SET_TEMPERATURE_FAN_TARGET_help)
+
+    def _setup_sensor(self, config):
+        heaters = self.printer.load_object(config, "heaters")
+        self.min_temp = config.getfloat("min_temp", minval=ABSOLUTE_ZERO)
+        self.max_temp = config.getfloat("max_temp", above=self.min_temp)
+        self.sensor = heaters.setup_sensor(config)
+        self.sensor.setup_minmax(self.min_temp, self.max_temp)
+        self.sensor.setup_callback(self.temperature_callback)
+        heaters.register_sensor(config, self)
+        self.speed_delay = self.sensor.get_report_time_delta()
+        self.last_temp = self.last_speed = 0.0
+        self.next_speed_time = 0.0
+
+    def temperature_callback(self, read_time, temp):
+        """Take a reading (print_time, degC) on the response thread."""
+        self.last_temp = temp
+        speed = self.control.calc_speed(read_time, temp, self.target_temp)
+        if self.target_temp <= 0.0:
+            speed = 0.0
+        elif speed > 0.0:
+            speed = min(max(speed, self.min_speed), self.max_speed)
+        self._set_speed(read_time, speed)
+
+    def _set_speed(self, read_time, speed):
+        is_small = abs(speed - self.last_speed) < 0.05
+        is_switch = bool(speed) != bool(self.last_speed)
+        if is_small and not is_switch and read_time < self.next_speed_time:
+            return
+        speed_time = read_time + self.speed_delay
+        self.next_speed_time = speed_time + 0.75 * MAX_FAN_TIME
+        self.last_speed = speed
+        self.printer.get_reactor().register_async_callback(
+            lambda e: self.fan.set_speed(speed, speed_time))
+
+    def get_temp(self, eventtime):
+        return self.last_temp, self.target_temp
+
+    def get_status(self, eventtime):
+        status = self.fan.get_status(eventtime)
+        status["temperature"] = round(self.last_temp, 2)
+        status["target"] = self.target_temp
+        return status
+
+    def stats(self, eventtime):
+        return False, "%s: temp=%.1f fan_speed=%.3f" % (
+            self.name, self.last_temp, self.last_speed)
+
+    def set_temp(self, degrees):
+        """Set the target (degC), 0 for off; CommandError out of range."""
+        if degrees and not self.min_temp <= degrees <= self.max_temp:
+            raise self.printer.command_error(
+                "Requested temperature (%.1f) of temperature_fan '%s' out of"
+                " range (%.1f:%.1f)" % (degrees, self.name, self.min_temp,
+                                        self.max_temp))
+        self.target_temp = degrees
+
+    cmd_SET_TEMPERATURE_FAN_TARGET_help = (
+        "Sets a temperature fan target and speed limits")
+
+    def cmd_SET_TEMPERATURE_FAN_TARGET(self, gcmd):
+        target = gcmd.get_float("TARGET", self.target_temp_conf)
+        low = gcmd.get_float("MIN_SPEED", self.min_speed_conf,
+                             minval=0.0, maxval=1.0)
+        high = gcmd.get_float("MAX_SPEED", self.max_speed_conf,
+                              above=0.0, maxval=1.0)
+        if low > high:
+            raise gcmd.error("MIN_SPEED %.3f is above MAX_SPEED %.3f"
+                             % (low, high))
+        self.set_temp(target)
+        self.min_speed, self.max_speed = low, high
+
+
+class ControlBangBang:
+    """Fan on above target + max_delta, off below target - max_delta."""
+
+    def __init__(self, owner, config):
+        self.owner = owner
+        self.delta = config.getfloat("max_delta", 2.0, above=0.0)
+        self.is_on = False
+
+    def calc_speed(self, read_time, temp, target):
+        """Speed 0..1 for a reading."""
+        if temp >= target + self.delta:
+            self.is_on = True
+        elif temp <= target - self.delta:
+            self.is_on = False
+        return self.owner.max_speed if self.is_on else 0.0
+
+
+class ControlPID:
+    """PID of the cooling: more speed the further above the target."""
+
+    def __init__(self, owner, config):
+        self.owner = owner
+        self.kp, self.ki, self.kd = [
+            config.getfloat(name) / 255.0
+            for name in ("pid_kp", "pid_ki", "pid_kd")]
+        self.deriv_time = config.getfloat("pid_deriv_time", 2.0, above=0.0)
+        self.last_temp, self.last_time = START_TEMP, 0.0
+        self.slope = self.integral = 0.0
+
+    def calc_speed(self, read_time, temp, target):
+        """Speed 0..1 for a reading."""
+        elapsed = read_time - self.last_time
+        weight = min(elapsed / self.deriv_time, 1.0)
+        rate = (temp - self.last_temp) / max(elapsed, 1e-6)
+        self.slope += (rate - self.slope) * weight
+        error = temp - target
+        limit = self.owner.max_speed / self.ki if self.ki else 0.0
+        integral = min(max(self.integral + error * elapsed, 0.0), limit)
+        wanted = self.kp * error + self.ki * integral + self.kd * self.slope
+        speed = min(max(wanted, 0.0), self.owner.max_speed)
+        if speed == wanted:
+            self.integral = integral
+        self.last_temp, self.last_time = temp, read_time
+        return max(speed, self.owner.min_speed)
+
+
+def load_config_prefix(config):
+    return TemperatureFan(config)

@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""On/off temperature control with a dead band of +-max_delta."""
+
+
+class ControlBangBang:
+    """Full power until above target + delta, none until below - delta."""
+
+    def __init__(self, heater, config):
+        self.heater = heater
+        self.max_power = heater.get_max_power()
+        self.delta = config.getfloat("max_delta", 2.0, above=0.0)
+        self.is_on = False
+
+    def temperature_update(self, read_time, temp, target_temp):
+        """Answer a reading (degC) with a power for the heater."""
+        if not target_temp or temp >= target_temp + self.delta:
+            self.is_on = False
+        elif temp <= target_temp - self.delta:
+            self.is_on = True
+        self.heater.set_pwm(read_time, self.max_power if self.is_on else 0.0)
+
+    def check_busy(self, eventtime, smoothed_temp, target_temp):
+        """True while the heater still has to warm up."""
+        return smoothed_temp < target_temp - self.delta

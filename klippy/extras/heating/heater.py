@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One heater: a sensor, a pwm pin and the control between them.
+
+Readings arrive on the mcu response thread; targets are set and read on
+the main thread.  Both hold `lock` while they touch shared fields.
+"""
+import threading
+from dataclasses import dataclass
+
+from klippy.extras import control_pid, control_watermark
+
+ABSOLUTE_ZERO = -273.15
+# The mcu turns a heater off by itself this long after the last update.
+MAX_HEAT_TIME = 5.0
+# The output is renewed at this fraction of MAX_HEAT_TIME.
+RENEW_FRACTION = 0.75
+SMALL_POWER_CHANGE = 0.05
+# A reading older than this is not shown as a temperature.
+STALE_READING = 7.0
+# Without a sign of the main thread for this long heating stops.
+MAIN_THREAD_TIMEOUT = 5.0
+
+CONTROLS = {"watermark": control_watermark.ControlBangBang,
+            "pid": control_pid.ControlPID}
+
+
+@dataclass(frozen=True)
+class HeaterLimits:
+    """Options of a heater that never change (degC, fraction, s)."""
+
+    min_temp: float
+    max_temp: float
+    min_extrude_temp: float
+    max_power: float
+    smooth_time: float
+    pwm_cycle_time: float
+
+    @classmethod
+    def from_config(cls, config, report_time):
+        low = config.getfloat("min_temp", minval=ABSOLUTE_ZERO)
+        high = config.getfloat("max_temp", above=low)
+        return cls(
+            low, high,
+            config.getfloat("min_extrude_temp", min(max(170.0, low), high),
+                            minval=low, maxval=high),
+            config.getfloat("max_power", 1.0, above=0.0, maxval=1.0),
+            config.getfloat("smooth_time", 1.0, above=0.0),
+            config.getfloat("pwm_cycle_time", 0.100, above=0.0,
+                            maxval=report_time))
+
+
+class Heater:
+    """Heater of any kind; status: temperature, target, power."""
+
+    def __init__(self, config, sensor):
+        self.printer = config.get_printer()
+        self.name = config.get_name()
+        self.short_name = self.name.split()[-1]
+        self.sensor = sensor
+        self.lock = threading.Lock()
+        report_time = sensor.get_report_time_delta()
+        self.limits = HeaterLimits.from_config(config, report_time)
+        self.min_temp = self.limits.min_temp
+        self.max_temp = self.limits.max_temp
+        self.pwm_delay = report_time
+        sensor.setup_minmax(self.min_temp, self.max_temp)
+        sensor.setup_callback(self.temperature_callback)
+        start_args = self.printer.get_start_args()
+        is_batch = start_args.get("debugoutput") is not None
+        self.can_extrude = self.limits.min_extrude_temp <= 0.0 or is_batch
+        self.last_temp = self.smoothed_temp = self.target_temp = 0.0
+        self.last_temp_time = 0.0
+        self.next_pwm_time = self.last_pwm_value = 0.0
+        self.main_thread_until = -999.0
+        self.is_shutdown = False
+        kind = config.getchoice("control", {name: name for name in CONTROLS})
+        self.control = CONTROLS[kind](self, config)
+        self.mcu_pwm = self._setup_pin(config)
+        self._register(config)
+
+    def _setup_pin(self, config):
+        ppins = self.printer.lookup_object("pins")
+        pin = ppins.setup_pin("pwm", config.get("heater_pin"))
+        pin.setup_cycle_time(self.limits.pwm_cycle_time)
+        pin.setup_max_duration(MAX_HEAT_TIME)
+        return pin
+
+    def _register(self, config):
+        gcode = self.printer.lookup_object("gcode")
+        gcode.register_mux_command(
+            "SET_HEATER_TEMPERATURE", "HEATER", self.short_name,
+            self.cmd_SET_HEATER_TEMPERATURE,
+            desc=self.cmd_SET_HEATER_TEMPERATURE_help)
+        self.printer.register_event_handler(
+            "klippy:shutdown", self._handle_shutdown)
+        self.printer.load_object(config, "verify_heater " + self.short_name)
+        self.printer.load_object(config, "pid_calibrate")
+
+    # Readings and output
+
+    def temperature_callback(self, read_time, temp):
+        """Take a reading (print_time, degC) and let the control answer."""
+        with self.lock:
+            elapsed = read_time - self.last_temp_time
+            self.last_temp = temp
+            self.last_temp_time = read_time
+            self.control.temperature_update(read_time, temp, self.target_temp)
+            weight = min(elapsed / self.limits.smooth_time, 1.0)
+            self.smoothed_temp += (temp - self.smoothed_temp) * weight
+            if self.limits.min_extrude_temp > 0.0:
+                self.can_extrude = (
+                    self.smoothed_temp >= self.limits.min_extrude_temp)
+
+    def set_pwm(self, read_time, value):
+        """Ask for a power (0..1) as answer to the reading of read_time."""
+        if (self.target_temp <= 0.0 or self.is_shutdown
+                or read_time > self.main_thread_until):
+            value = 0.0
+        is_due = read_time >= self.next_pwm_time and self.last_pwm_value
+        change = abs(value - self.last_pwm_value)
+        is_switch_off = not value and self.last_pwm_value
+        if not is_due and not is_switch_off and change < SMALL_POWER_CHANGE:
+            return
+        pwm_time = read_time + self.pwm_delay
+        self.next_pwm_time = pwm_time + RENEW_FRACTION * MAX_HEAT_TIME
+        self.last_pwm_value = value
+        self.mcu_pwm.set_pwm(pwm_time, value)
+
+    def _handle_shutdown(self):
+        self.is_shutdown = True
+
+    # What others ask and set
+
+    def get_name(self):
+        return self.name
+
+    def get_pwm_delay(self):
+        """Seconds from a reading to the change of power it causes."""
+        return self.pwm_delay
+
+    def get_max_power(self):
+        return self.limits.max_power
+
+    def get_smooth_time(self):
+        return self.limits.smooth_time
+
+    def set_temp(self, degrees):
+        """Set the target in degC, 0 for off; CommandError out of range."""
+        if degrees and not self.min_temp <= degrees <= self.max_temp:
+            raise self.printer.command_error(
+                "Requested temperature (%.1f) of heater '%s' out of range"
+                " (%.1f:%.1f)" % (degrees, self.name, self.min_temp,
+                                  self.max_temp))
+        with self.lock:
+            self.target_temp = degrees
+
+    def alter_target(self, target_temp):
+        """Move the target within the limits (used while calibrating)."""
+        if target_temp:
+            target_temp = min(max(target_temp, self.min_temp), self.max_temp)
+        self.target_temp = target_temp
+
+    def get_temp(self, eventtime):
+        """(smoothed temperature, target) in degC; 0 when readings stop.
+
+        To be called on the main thread: it is its sign of life as well.
+        """
+        print_time = self._estimate_print_time(eventtime)
+        with self.lock:
+            self.main_thread_until = print_time + MAIN_THREAD_TIMEOUT
+            if self.last_temp_time < print_time - STALE_READING:
+                return 0.0, self.target_temp
+            return self.smoothed_temp, self.target_temp
+
+    def _estimate_print_time(self, eventtime):
+        return self.mcu_pwm.get_mcu().estimated_print_time(eventtime)
+
+    def check_busy(self, eventtime):
+        """True while the control has not reached its target."""
+        with self.lock:
+            return self.control.check_busy(
+                eventtime, self.smoothed_temp, self.target_temp)
+
+    def set_control(self, control):
+        """Exchange the control; returns the one before, heater off."""
+        with self.lock:
+            before, self.control = self.control, control
+            self.target_temp = 0.0
+        return before
+
+    def stats(self, eventtime):
+        """(is worth logging, log line)."""
+        with self.lock:
+            target, temp = self.target_temp, self.last_temp
+            power = self.last_pwm_value
+        is_active = bool(target or temp > 50.0)
+        return is_active, "%s: target=%.0f temp=%.1f pwm=%.3f" % (
+            self.short_name, target, temp, power)
+
+    def get_status(self, eventtime):
+        with self.lock:
+            return {"temperature": round(self.smoothed_temp, 2),
+                    "target": self.target_temp,
+                    "power": self.last_pwm_value}
+
+    cmd_SET_HEATER_TEMPERATURE_help = "Sets a heater temperature"
+
+    def cmd_SET_HEATER_TEMPERATURE(self, gcmd):
+        target = gcmd.get_float("TARGET", 0.0)
+        self.printer.lookup_object("heaters").set_temperature(self, target)
