@@ -8,6 +8,11 @@ cdef class MoveSink:
     cpdef int move_line(self, MoveScan scan) except -1
 
 
+cdef class ScriptMutex:
+    cdef object _mutex
+    cdef public int n_waiting
+
+
 cdef class LineRunner:
     cdef GCodeDispatch dispatch
     cdef MoveScan scan
@@ -16,7 +21,8 @@ cdef class LineRunner:
     cdef object sink_g1
     cdef bint _is_sink_active(self) except -1
     cdef int _run_move(self, object line) except -1
-    cpdef Py_ssize_t run_next(self, bytes block, Py_ssize_t pos) except -2
+    cpdef Py_ssize_t find_next(self, bytes block, Py_ssize_t pos) except -2
+    cpdef int run_found(self, bytes block, Py_ssize_t pos, Py_ssize_t end) except -1
     cpdef int run_line(self, str line, bint need_ack) except -1
 
 
@@ -24,7 +30,7 @@ cdef class GCodeDispatch:
     cdef dict __dict__
     cdef object __weakref__
     cdef public object printer
-    cdef public object mutex
+    cdef public ScriptMutex mutex
     cdef public LineRunner runner
     cdef public bint is_printer_ready
     cdef public bint is_fileinput

@@ -11,13 +11,14 @@ import os
 import re
 import traceback
 
+from klippy_ext.gscan import MoveScan
+
 from klippy import gcode_builtin
 from klippy.errors import CommandError, PrinterError
 from klippy.gcode_command import REQUIRED, Coord, GCodeCommand, is_classic
-from klippy_ext.gscan import MoveScan
 
 __all__ = ["Coord", "GCodeCommand", "GCodeDispatch", "LineRunner", "MoveSink",
-           "CommandError", "get", "setup"]
+           "ScriptMutex", "CommandError", "get", "setup"]
 
 _HEAD = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_.]*)")
 _CLASSIC_HEAD = re.compile(r"([A-Za-z])0*(\d+(?:\.\d+)?)")
@@ -36,6 +37,35 @@ class MoveSink:
         Raises CommandError if the move is not possible.
         """
         raise NotImplementedError("a move sink must define move_line()")
+
+
+class ScriptMutex:
+    """Mutex of the running commands, which knows whether somebody waits."""
+
+    def __init__(self, mutex):
+        self._mutex = mutex
+        self.n_waiting = 0
+
+    def test(self):
+        """True while commands run."""
+        return self._mutex.test()
+
+    def lock(self):
+        """Wait until no other commands run, in order of arrival."""
+        self.n_waiting += 1
+        try:
+            self._mutex.lock()
+        finally:
+            self.n_waiting -= 1
+
+    def unlock(self):
+        self._mutex.unlock()
+
+    def __enter__(self):
+        self.lock()
+
+    def __exit__(self, kind, value, trace):
+        self._mutex.unlock()
 
 
 class LineRunner:
@@ -60,21 +90,24 @@ class LineRunner:
         return (self.sink is not None and handlers.get("G1") is self.sink_g1
                 and handlers.get("G0") is self.sink_g0)
 
-    def run_next(self, block, pos):
-        """Run the line of block (bytes) that starts at pos.
+    def find_next(self, block, pos):
+        """Scan the line of block (bytes) that starts at pos.
 
-        Returns the position behind it, -1 if no newline follows.  The caller
-        holds the G-code mutex.  Raises CommandError.
+        Returns the position behind it, -1 if no newline follows.
         """
-        end = self.scan.next_line(block, pos)
-        if end < 0:
-            return -1
+        return self.scan.next_line(block, pos)
+
+    def run_found(self, block, pos, end):
+        """Run the line that find_next() has just found from pos to end.
+
+        The caller holds the G-code mutex.  Raises CommandError.
+        """
         if self.scan.matched and self._is_sink_active():
             self._run_move(None)
         else:
             line = block[pos:end].decode("utf-8", "replace")
             self.dispatch.run_parsed_line(line, False)
-        return end
+        return 0
 
     def run_line(self, line, need_ack):
         """Run one line of text; with need_ack answer ok when it is done."""
@@ -105,7 +138,7 @@ class GCodeDispatch:
         self.printer = printer
         start_args = printer.get_start_args()
         self.is_fileinput = bool(start_args.get("debuginput"))
-        self.mutex = printer.get_reactor().mutex()
+        self.mutex = ScriptMutex(printer.get_reactor().mutex())
         self.is_printer_ready = False
         self.output_callbacks = []
         self.base_gcode_handlers = self.gcode_handlers = {}
@@ -329,7 +362,7 @@ class GCodeDispatch:
     def make_internal_error(self, exc, line):
         """Log an unexpected exception; returns the CommandError for it."""
         logging.error("internal error in command '%s'", line, exc_info=exc)
-        place = traceback.extract_tb(exc.__traceback__)[-1]
+        place = traceback.extract_tb(exc.__traceback__).pop()
         return self.error(
             "Internal error in command '%s': %s: %s (%s:%s)"
             % (line, type(exc).__name__, exc, os.path.basename(place.filename),

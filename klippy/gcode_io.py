@@ -146,7 +146,7 @@ class Terminal:
             if err.errno != errno.EIO:
                 logging.exception("G-code terminal: writing failed")
 
-    def get_stats(self, eventtime):
+    def stats(self, eventtime):
         return False, "gcodein=%d" % (self.bytes_read,)
 
 
@@ -198,14 +198,15 @@ class BatchInput:
         """Run the complete lines of a block; returns what follows them."""
         pos = 0
         while True:
-            end = runner.run_next(block, pos)
+            end = runner.find_next(block, pos)
             if end < 0:
                 return block[pos:]
+            runner.run_found(block, pos, end)
             pos = end
             if self.printer.is_shutdown():
                 return b""
 
-    def get_stats(self, eventtime):
+    def stats(self, eventtime):
         return False, "gcodein=%d" % (self.bytes_read,)
 
 
