@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The machine behind the pins of the virtual mcus, made from a printer.cfg.
+
+One firmware instance a [mcu] section, each with its own clock error; step
+counters, end switches, heaters, sensors and fans are wired to the pins
+that the config names.  Everything moves in the world's virtual time and
+depends on nothing but the config and the seed.
+"""
+import random
+
+from klippy.errors import ConfigError
+from klippy.simulator import axes, firmware, pinmap, settings, wiring
+
+THERMAL_PERIOD = 0.1
+# Crystals are this exact (one sigma, parts per million).
+CLOCK_SIGMA_PPM = 15.0
+
+
+class SimMachine:
+    """What `printer.get_start_args()["machine"]` is on a simulated printer."""
+
+    def __init__(self, world, sections, seed=None):
+        """sections: {section: {option: text}} of the printer.cfg."""
+        self.world = world
+        self.config = settings.MachineConfig(sections)
+        self.options = settings.SimOptions.from_config(self.config)
+        self.seed = self.options.seed if seed is None else seed
+        self.library = firmware.find_firmware(self.options.firmware)
+        self.mcus = self._add_mcus()
+        self.pins = pinmap.PinMap(self.config)
+        self.axes = axes.build_axes(self.config, self.options.start_position)
+        self.traces = {}
+        self._watch_steppers()
+        self._bind_switches()
+        self.thermal = wiring.ThermalWorld(
+            self.config, self.options, self.pins, self.mcus)
+        self.configured = set()
+        self.last_tick = world.monotonic()
+        world.add_ticker(THERMAL_PERIOD, self._tick)
+
+    def _add_mcus(self):
+        rng = random.Random(self.seed)
+        mcus = {}
+        for index, name in enumerate(self.config.list_mcus()):
+            ppm = self.options.clock_ppm.get(
+                name, rng.gauss(0.0, CLOCK_SIGMA_PPM))
+            mcus[name] = self.world.add_mcu(
+                name, self.library, freq=self.options.clock_freq, ppm=ppm,
+                baud=self.options.baud, latency=self.options.latency,
+                seed=self.seed + index)
+        return mcus
+
+    def _watch_steppers(self):
+        for stepper in self.axes.steppers:
+            step = self.pins.lookup(stepper.step_pin)
+            direction = self.pins.lookup(stepper.dir_pin)
+            if step is None or direction is None or step.mcu != direction.mcu:
+                continue
+            self.traces[stepper.name] = self.mcus[step.mcu].watch_stepper(
+                step.number, direction.number, invert_step=step.invert,
+                invert_dir=direction.invert, both_edges=stepper.is_both_edges)
+
+    def _bind_switches(self):
+        for switch in self.axes.switches:
+            ref = self.pins.lookup(switch.pin)
+            if ref is None:
+                continue
+            names = [n for n in switch.coefficients if n in self.traces]
+            self.mcus[ref.mcu].bind_switch(
+                ref.number, [self.traces[n] for n in names],
+                [switch.coefficients[n] for n in names], switch.threshold,
+                above=switch.is_above, invert=ref.invert)
+
+    def _tick(self, now):
+        elapsed, self.last_tick = now - self.last_tick, now
+        if elapsed > 0.0:
+            self.thermal.tick(elapsed)
+
+    # What the host asks (docs/internals/seams.md, section 6)
+
+    def open_link(self, mcu_name):
+        """The VirtualMcu of a [mcu] section; ConfigError if unknown."""
+        mcu = self.mcus.get(mcu_name)
+        if mcu is None:
+            raise ConfigError("The simulated machine has no mcu '%s', only %s"
+                              % (mcu_name, ", ".join(self.mcus)))
+        return mcu
+
+    def get_pin_map(self, mcu_name):
+        """{pin name of the config: pin number of the simulated board}."""
+        return self.pins.get_pin_map(mcu_name)
+
+    def note_configured(self, mcu_name):
+        """The host has configured this mcu."""
+        self.configured.add(mcu_name)
+
+    # What tests and reports ask
+
+    def get_step_counts(self):
+        """{stepper section: net steps since power-up}."""
+        return {name: trace.position for name, trace in self.traces.items()}
+
+    def calc_position(self):
+        """(x, y, z) in mm where the nozzle really stands; None if unknown."""
+        carriages = self.axes.calc_carriages(self.get_step_counts())
+        if self.axes.kinematics == "delta":
+            return axes.calc_delta_point(self.config, carriages)
+        if not self.axes.is_known or set(carriages) != set("xyz"):
+            return None
+        return tuple(carriages[letter] for letter in "xyz")
+
+    def get_temperatures(self):
+        """{heater section: degC of its block}."""
+        return {heater.name: heater.model.temperature
+                for heater in self.thermal.heaters}
+
+    def record_steps(self, on=True):
+        """Start or stop keeping every step of every stepper."""
+        for trace in self.traces.values():
+            trace.record(on)
+
+    def take_steps(self):
+        """{stepper section: (n, 2) int64 array of clock, +1 or -1}."""
+        import numpy as np
+        return {name: np.frombuffer(trace.take(), np.int64).reshape(-1, 2)
+                for name, trace in self.traces.items()}
