@@ -76,7 +76,7 @@ class VirtualSD:
         """Part of the file that ran, 0..1."""
         if self.stream is None or not self.stream.size:
             return 0.
-        return self.stream.position / self.stream.size
+        return min(1., self.stream.position / self.stream.size)
 
     def is_active(self):
         """True while a file is printed and not paused."""
@@ -215,6 +215,7 @@ class VirtualSD:
         elif is_at_end:
             self.print_stats.note_complete()
             self.stream.close()
+            self.stream.position = self.stream.size
             self.file_path = None
         else:
             self.print_stats.note_pause()
