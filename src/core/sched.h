@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Tasks, timers and shutdown.
+ *
+ * Timers wait in one list in order of time.  The last entry is a sentinel that
+ * always lies beyond all others, so the list is never empty.
+ */
+#ifndef CORE_SCHED_H
+#define CORE_SCHED_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include "core/decl.h"
+
+/* The object that a member belongs to. */
+#define CONTAINER_OF(PTR, TYPE, MEMBER) \
+    ((TYPE *)(void *)((char *)(PTR) - offsetof(TYPE, MEMBER)))
+
+struct timer {
+    struct timer *next;
+    /* Irq, irqs off, a few us.  The timer is out of the list while this
+     * runs; TIMER_AGAIN puts it back at its new waketime. */
+    bool (*event)(struct timer *timer);
+    uint32_t waketime; /* clock */
+};
+
+enum { TIMER_DONE = false, TIMER_AGAIN = true };
+
+/* Any context.  shutdown("Timer too close") if waketime has passed. */
+void sched_add_timer(struct timer *timer);
+
+/* Any context; no matter whether the timer waits. */
+void sched_del_timer(struct timer *timer);
+
+/* A task looks at its flag at each pass; whoever sets it keeps the main loop
+ * from sleeping until that has happened. */
+struct task_wake {
+    volatile uint8_t is_set;
+};
+
+void sched_wake(struct task_wake *wake);  /* any context */
+bool sched_take(struct task_wake *wake);  /* task: was set; clears it */
+
+/* Time that the main loop has been busy, since the last call. */
+struct sched_stats {
+    uint32_t count, sum, sumsq;
+};
+#define SCHED_SUMSQ_BASE 256
+void sched_take_stats(struct sched_stats *stats);
+
+/* Any context: stop everything with a reason (unique in the firmware). */
+#define shutdown(TEXT) sched_shutdown(DECL_STRING_ID(TEXT))
+/* The same, but returns if the mcu is already shut down. */
+#define try_shutdown(TEXT) sched_try_shutdown(DECL_STRING_ID(TEXT))
+
+void sched_shutdown(uint16_t reason) __attribute__((noreturn));
+void sched_try_shutdown(uint16_t reason);
+bool sched_is_shutdown(void);
+void sched_clear_shutdown(void);
+
+/* Task: tell the host why the mcu does not obey. */
+void sched_report_shutdown(void);
+
+#endif

@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Outputs that change at given clocks, and must not be left on.
+ *
+ * Values wait in a queue.  While an output is away from its default for
+ * max_duration without a new value, the mcu shuts down: the host has died.
+ */
+#ifndef IO_TIMED_OUTPUT_H
+#define IO_TIMED_OUTPUT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include "board/mem.h"
+#include "core/sched.h"
+
+struct timed_output;
+
+struct timed_output_kind {
+    /* Irq: set the output; returns whether that is its default. */
+    bool (*apply)(struct timed_output *out, uint32_t value, uint32_t clock);
+    uint16_t missed, exceeds; /* shutdown reasons */
+};
+
+struct timed_output {
+    struct timer timer;
+    struct timed_value *first, **last;
+    const ROM struct timed_output_kind *kind;
+    uint32_t max_duration; /* ticks; 0: no limit */
+    bool is_waiting;       /* the timer is set */
+    bool has_limit;        /* ... to the end of max_duration */
+};
+
+/* Task: prepare, with the output at `clock` away from its default or not. */
+void timed_output_setup(struct timed_output *out,
+                        const ROM struct timed_output_kind *kind,
+                        uint32_t max_duration);
+void timed_output_start(struct timed_output *out, bool is_default);
+
+/* Task: take `value` at `clock`. */
+void timed_output_queue(struct timed_output *out, uint32_t clock,
+                        uint32_t value);
+
+/* Task: values are waiting. */
+bool timed_output_is_pending(const struct timed_output *out);
+
+/* Shutdown: forget what is queued. */
+void timed_output_clear(struct timed_output *out);
+
+#endif

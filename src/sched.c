@@ -1,0 +1,229 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Tasks, timers and shutdown. */
+#include <setjmp.h>
+#include <stddef.h>
+
+#include "board/irq.h"
+#include "board/timer.h"
+#include "core/sched.h"
+#include "core/tables.h"
+
+/* How far the sentinel keeps ahead of the last timer. */
+#define SENTINEL_LEAD (UINT32_C(1) << 28)
+
+DECL_CONSTANT("CLOCK_FREQ", CONFIG_CLOCK_FREQ);
+DECL_CONSTANT("STATS_SUMSQ_BASE", SCHED_SUMSQ_BASE);
+
+
+/* ---- Timers ---- */
+
+static bool sentinel_event(struct timer *timer);
+static struct timer sentinel = { .event = sentinel_event };
+static struct timer *first_timer = &sentinel;
+
+/* It ran because nothing else waits: put it back far away. */
+static bool sentinel_event(struct timer *timer)
+{
+    timer->waketime += SENTINEL_LEAD;
+    first_timer = timer;
+    return TIMER_DONE;
+}
+
+static void insert_timer(struct timer *timer)
+{
+    uint32_t waketime = timer->waketime;
+    struct timer **link = &first_timer, *other = first_timer;
+
+    while (!timer_is_before(waketime, other->waketime)) {
+        struct timer *next = other->next;
+        if (!next) {
+            other->waketime = waketime + SENTINEL_LEAD;
+            break;
+        }
+        link = &other->next;
+        other = next;
+    }
+    timer->next = other;
+    *link = timer;
+}
+
+void sched_add_timer(struct timer *timer)
+{
+    irq_flag_t flag = irq_save();
+
+    if (timer_is_before(timer->waketime, timer_read_clock()))
+        try_shutdown("Timer too close");
+    insert_timer(timer);
+    if (first_timer == timer)
+        timer_kick(timer->waketime);
+    irq_restore(flag);
+}
+
+void sched_del_timer(struct timer *timer)
+{
+    irq_flag_t flag = irq_save();
+    struct timer **link = &first_timer;
+
+    while (*link && *link != timer)
+        link = &(*link)->next;
+    if (*link)
+        *link = timer->next;
+    irq_restore(flag);
+}
+
+uint32_t sched_run_timer(void)
+{
+    struct timer *timer = first_timer;
+
+    first_timer = timer->next;
+    if (timer->event(timer))
+        insert_timer(timer);
+    return first_timer->waketime;
+}
+
+void sched_shutdown_late(void)
+{
+    try_shutdown("Rescheduled timer in the past");
+}
+
+static void reset_timers(void)
+{
+    sentinel.waketime = timer_read_clock() + SENTINEL_LEAD;
+    first_timer = &sentinel;
+    timer_kick(sentinel.waketime);
+}
+
+
+/* ---- Tasks ---- */
+
+static volatile uint8_t has_work;
+static struct sched_stats stats;
+
+void sched_wake(struct task_wake *wake)
+{
+    wake->is_set = 1;
+    has_work = 1;
+}
+
+bool sched_take(struct task_wake *wake)
+{
+    if (!wake->is_set)
+        return false;
+    wake->is_set = 0;
+    return true;
+}
+
+void sched_take_stats(struct sched_stats *taken)
+{
+    *taken = stats;
+    stats = (struct sched_stats){ 0 };
+}
+
+static void note_busy(uint32_t ticks)
+{
+    uint32_t square;
+
+    if (ticks <= 0xffff)
+        square = (ticks * ticks + SCHED_SUMSQ_BASE - 1) / SCHED_SUMSQ_BASE;
+    else if (ticks <= 0xfffff)
+        square = (ticks / SCHED_SUMSQ_BASE) * ticks;
+    else
+        square = UINT32_MAX;
+    stats.count++;
+    stats.sum += ticks;
+    square += stats.sumsq;
+    stats.sumsq = square < stats.sumsq ? UINT32_MAX : square;
+}
+
+/* Sleep while no task has anything to do.  Returns the clock at waking. */
+static uint32_t sleep_idle(uint32_t busy_since)
+{
+    irq_disable();
+    if (!has_work) {
+        note_busy(timer_read_clock() - busy_since);
+        do
+            irq_wait();
+        while (!has_work);
+        busy_since = timer_read_clock();
+    }
+    has_work = 0;
+    irq_enable();
+    return busy_since;
+}
+
+static void run_tasks(void)
+{
+    uint32_t busy_since = timer_read_clock();
+
+    for (;;) {
+        irq_poll();
+        tables_run_tasks();
+        busy_since = sleep_idle(busy_since);
+    }
+}
+
+
+/* ---- Shutdown ---- */
+
+static jmp_buf main_loop;
+static volatile uint16_t shutdown_reason;
+static volatile uint32_t shutdown_clock;
+
+bool sched_is_shutdown(void)
+{
+    return shutdown_reason != 0;
+}
+
+void sched_clear_shutdown(void)
+{
+    if (!shutdown_reason)
+        shutdown("Shutdown cleared when not shutdown");
+    shutdown_reason = 0;
+}
+
+void sched_report_shutdown(void)
+{
+    sendf("is_shutdown static_string_id=%hu", shutdown_reason);
+}
+
+void sched_try_shutdown(uint16_t reason)
+{
+    if (!shutdown_reason)
+        sched_shutdown(reason);
+}
+
+void sched_shutdown(uint16_t reason)
+{
+    irq_disable();
+    if (!shutdown_reason) {
+        shutdown_reason = reason;
+        shutdown_clock = timer_read_clock();
+    }
+    longjmp(main_loop, 1);
+}
+
+static void stop_everything(void)
+{
+    irq_disable();
+    reset_timers();
+    tables_run_shutdowns();
+    sendf("shutdown clock=%u static_string_id=%hu", shutdown_clock,
+          shutdown_reason);
+    has_work = 1;
+    irq_enable();
+}
+
+void sched_main(void)
+{
+    irq_disable();
+    reset_timers();
+    if (!setjmp(main_loop)) {
+        irq_enable();
+        tables_run_inits();
+        sendf("starting");
+    } else {
+        stop_everything();
+    }
+    run_tasks();
+    __builtin_unreachable();
+}

@@ -1,0 +1,337 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Step pulses from queued runs of steps.
+ *
+ * Three kinds of timer event make the pulses:
+ *   edge    the driver steps on both edges: one toggle a step
+ *   inline  pulse and planning in one event, where that takes long enough
+ *   phased  one event for each edge, for pulses of any length
+ * All share advance(), which finds the time of the next step.  The direction
+ * pin changes in advance(), after the last pulse of the run before.
+ */
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "board/gpio.h"
+#include "board/irq.h"
+#include "board/timer.h"
+#include "core/arena.h"
+#include "core/oid.h"
+#include "core/sched.h"
+#include "motion/stepper.h"
+#include "motion/trsync.h"
+
+DECL_CONSTANT("STEPPER_STEP_BOTH_EDGE", 1);
+DECL_CONSTANT("STEPPER_OPTIMIZED_EDGE", STEPPER_EDGE_TICKS);
+#if CONFIG_HAVE_STEP_PULSE_INLINE
+DECL_CONSTANT("STEPPER_OPTIMIZED_UNSTEP", STEPPER_INLINE_TICKS);
+#endif
+
+struct run {
+    struct run *next;
+    uint32_t interval;
+    int16_t add;
+    uint16_t count;
+    uint8_t dir;
+};
+
+/* The fields that events use come first: within reach of short loads. */
+struct stepper {
+    struct timer timer;
+    uint32_t interval;
+    int16_t add;
+    uint16_t count;       /* steps left of the current run; 0: idle */
+    struct gpio_out step_pin;
+    uint8_t dir;          /* level of the direction pin */
+    bool is_high;         /* phased: within a pulse */
+    bool needs_reset;     /* stopped: ignore runs until reset_step_clock */
+    uint8_t next_dir;     /* of runs still to be queued */
+    struct run *first, **last;
+    uint32_t step_clock;  /* phased: time of the next step */
+    uint32_t pulse_ticks;
+    uint32_t end_position; /* where the current run ends, in steps */
+    struct gpio_out dir_pin;
+    uint8_t idle_level;   /* of the step pin between pulses */
+    bool is_edge;         /* steps on both edges */
+    struct trsync_signal stop_signal;
+};
+
+static const ROM struct oid_kind stepper_kind = { sizeof(struct stepper) };
+
+
+/* ---- Timer events ---- */
+
+/* Take the next run.  Returns false when there is none. */
+static bool load_run(struct stepper *s)
+{
+    struct run *run = s->first;
+
+    if (!run)
+        return false;
+    s->interval = run->interval + (uint32_t)(int32_t)run->add;
+    s->add = run->add;
+    s->count = run->count;
+    if (run->dir != s->dir) {
+        s->dir = run->dir;
+        gpio_toggle_irq(s->dir_pin);
+    }
+    s->end_position += s->dir ? run->count : 0u - run->count;
+    s->first = run->next;
+    if (!s->first)
+        s->last = &s->first;
+    return true;
+}
+
+/* The step at *clock is done: move *clock to the next one's time.  Returns
+ * false when no steps are left. */
+static inline bool advance(struct stepper *s, uint32_t *clock)
+{
+    struct run *run;
+
+    if (--s->count) {
+        *clock += s->interval;
+        s->interval += (uint32_t)(int32_t)s->add;
+        return true;
+    }
+    run = s->first;
+    if (!load_run(s))
+        return false;
+    *clock += run->interval;
+    movecell_give(run);
+    return true;
+}
+
+static bool edge_event(struct timer *timer)
+{
+    struct stepper *s = CONTAINER_OF(timer, struct stepper, timer);
+
+    gpio_toggle_irq(s->step_pin);
+    return advance(s, &timer->waketime);
+}
+
+#if CONFIG_HAVE_STEP_PULSE_INLINE
+static bool inline_event(struct timer *timer)
+{
+    struct stepper *s = CONTAINER_OF(timer, struct stepper, timer);
+    bool again;
+
+    gpio_toggle_irq(s->step_pin);
+    again = advance(s, &timer->waketime);
+    gpio_toggle_irq(s->step_pin);
+    return again;
+}
+#endif
+
+/* Wake at the next step, but leave the pin low for a pulse's length. */
+static bool plan_rise(struct stepper *s, uint32_t now)
+{
+    uint32_t earliest = now + s->pulse_ticks;
+
+    if (timer_is_before(s->step_clock, earliest)) {
+        if (now - s->step_clock < UINT32_C(1) << 31
+            && now - s->step_clock > timer_from_us(STEPPER_MAX_LAG_US))
+            shutdown("Stepper too far in past");
+        s->timer.waketime = earliest;
+    } else {
+        s->timer.waketime = s->step_clock;
+    }
+    return TIMER_AGAIN;
+}
+
+static bool phased_event(struct timer *timer)
+{
+    struct stepper *s = CONTAINER_OF(timer, struct stepper, timer);
+    uint32_t now = timer_read_clock();
+
+    gpio_toggle_irq(s->step_pin);
+    s->is_high = !s->is_high;
+    if (s->is_high) {
+        timer->waketime = now + s->pulse_ticks;
+        return TIMER_AGAIN;
+    }
+    if (!advance(s, &s->step_clock))
+        return TIMER_DONE;
+    return plan_rise(s, now);
+}
+
+
+/* ---- Starting and stopping ---- */
+
+/* Irqs off, idle, a run is queued: start with its first step. */
+static void start(struct stepper *s)
+{
+    uint32_t *clock = s->pulse_ticks ? &s->step_clock : &s->timer.waketime;
+
+    s->count = 1;
+    advance(s, clock);
+    s->timer.waketime = *clock;
+    sched_add_timer(&s->timer);
+}
+
+static void drop_runs(struct stepper *s)
+{
+    while (s->first) {
+        struct run *run = s->first;
+        s->first = run->next;
+        movecell_give(run);
+    }
+    s->last = &s->first;
+}
+
+/* Irqs off: position after the steps made so far. */
+static uint32_t get_position(const struct stepper *s)
+{
+    uint32_t left = s->count;
+
+    if (left && s->is_high)
+        left--;
+    return s->dir ? s->end_position - left : s->end_position + left;
+}
+
+/* Irqs off: no more steps; the rest of the queue is forgotten. */
+static void stop(struct stepper *s)
+{
+    sched_del_timer(&s->timer);
+    s->end_position = get_position(s);
+    s->count = 0;
+    s->is_high = false;
+    s->next_dir = s->dir;
+    s->needs_reset = true;
+    if (!s->is_edge)
+        gpio_write(s->step_pin, s->idle_level);
+    drop_runs(s);
+}
+
+static void stop_on_trigger(struct trsync_signal *signal, uint8_t reason)
+{
+    (void)reason;
+    stop(CONTAINER_OF(signal, struct stepper, stop_signal));
+}
+
+void stepper_shutdown(void)
+{
+    struct stepper *s;
+    int16_t oid = -1;
+
+    while ((s = oid_next(&oid, &stepper_kind))) {
+        s->first = NULL;
+        s->stop_signal.on_trigger = NULL;
+        stop(s);
+    }
+}
+DECL_SHUTDOWN(stepper_shutdown);
+
+
+/* ---- Commands ---- */
+
+static void choose_event(struct stepper *s, uint32_t pulse_ticks)
+{
+    s->timer.event = phased_event;
+    s->pulse_ticks = pulse_ticks ? pulse_ticks : 1;
+    if (s->is_edge && pulse_ticks <= STEPPER_EDGE_TICKS) {
+        s->timer.event = edge_event;
+        s->pulse_ticks = 0;
+    }
+#if CONFIG_HAVE_STEP_PULSE_INLINE
+    if (!s->is_edge && pulse_ticks <= STEPPER_INLINE_TICKS) {
+        s->timer.event = inline_event;
+        s->pulse_ticks = 0;
+    }
+#endif
+}
+
+/* invert_step: 0, 1, or -1 for a driver that steps on both edges. */
+void command_config_stepper(const struct args_config_stepper *args)
+{
+    struct stepper *s = oid_new(args->oid, &stepper_kind);
+    int8_t invert = (int8_t)args->invert_step;
+
+    s->is_edge = invert < 0;
+    s->idle_level = invert > 0;
+    s->step_pin = gpio_setup_output(args->step_pin, s->idle_level);
+    s->dir_pin = gpio_setup_output(args->dir_pin, 0);
+    s->last = &s->first;
+    choose_event(s, args->step_pulse_ticks);
+    movecell_request(sizeof(struct run));
+}
+DECL_COMMAND(command_config_stepper,
+             "config_stepper oid=%c step_pin=%c dir_pin=%c invert_step=%c"
+             " step_pulse_ticks=%u");
+
+static struct stepper *stepper_lookup(uint8_t oid)
+{
+    return oid_lookup(oid, &stepper_kind);
+}
+
+void command_queue_step(const struct args_queue_step *args)
+{
+    struct stepper *s = stepper_lookup(args->oid);
+    struct run *run;
+
+    if (!args->count)
+        shutdown("Invalid count parameter");
+    run = movecell_take();
+    run->next = NULL;
+    run->interval = args->interval;
+    run->count = args->count;
+    run->add = args->add;
+    run->dir = s->next_dir;
+    irq_disable();
+    if (s->needs_reset) {
+        movecell_give(run);
+    } else {
+        *s->last = run;
+        s->last = &run->next;
+        if (!s->count)
+            start(s);
+    }
+    irq_enable();
+}
+DECL_COMMAND(command_queue_step,
+             "queue_step oid=%c interval=%u count=%hu add=%hi");
+
+void command_set_next_step_dir(const struct args_set_next_step_dir *args)
+{
+    struct stepper *s = stepper_lookup(args->oid);
+
+    irq_disable();
+    s->next_dir = args->dir != 0;
+    irq_enable();
+}
+DECL_COMMAND(command_set_next_step_dir, "set_next_step_dir oid=%c dir=%c");
+
+/* The next run's interval counts from this clock. */
+void command_reset_step_clock(const struct args_reset_step_clock *args)
+{
+    struct stepper *s = stepper_lookup(args->oid);
+
+    irq_disable();
+    if (s->count)
+        shutdown("Can't reset time when stepper active");
+    s->timer.waketime = s->step_clock = args->clock;
+    s->needs_reset = false;
+    irq_enable();
+}
+DECL_COMMAND(command_reset_step_clock, "reset_step_clock oid=%c clock=%u");
+
+void command_stepper_get_position(const struct args_stepper_get_position *args)
+{
+    struct stepper *s = stepper_lookup(args->oid);
+    uint32_t position;
+
+    irq_disable();
+    position = get_position(s);
+    irq_enable();
+    sendf("stepper_position oid=%c pos=%i", args->oid, (int32_t)position);
+}
+DECL_COMMAND(command_stepper_get_position, "stepper_get_position oid=%c");
+
+void command_stepper_stop_on_trigger(
+    const struct args_stepper_stop_on_trigger *args)
+{
+    struct stepper *s = stepper_lookup(args->oid);
+    struct trsync *ts = trsync_lookup(args->trsync_oid);
+
+    trsync_add_signal(ts, &s->stop_signal, stop_on_trigger);
+}
+DECL_COMMAND(command_stepper_stop_on_trigger,
+             "stepper_stop_on_trigger oid=%c trsync_oid=%c");
