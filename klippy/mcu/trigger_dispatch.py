@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One trigger that stops steppers on several mcus together."""
+
+import sys
+
+from klippy.errors import ConfigError
+from klippy.mcu.trsync import MCU_trsync
+from klippy_ext.trdispatch import TrDispatch
+
+
+def current_timeout(n_mcus):
+    """Expiry time in s for a trigger on n_mcus, as the package now has it."""
+    package = sys.modules["klippy.mcu"]
+    if n_mcus == 1:
+        return package.TRSYNC_SINGLE_MCU_TIMEOUT
+    return package.TRSYNC_TIMEOUT
+
+
+class TriggerDispatch:
+    """A trigger on the sensor's mcu and its copies on the steppers' mcus."""
+
+    def __init__(self, mcu):
+        self._mcu = mcu
+        self._reactor = mcu.get_printer().get_reactor()
+        self._trdispatch = TrDispatch(self._reactor.clock)
+        self._trsyncs = [MCU_trsync(mcu, self._trdispatch)]
+        self._completion = None
+        self._is_started = False
+
+    def get_oid(self):
+        """Object number of the trigger on the sensor's mcu."""
+        return self._trsyncs[0].get_oid()
+
+    def get_command_queue(self):
+        """Command queue of the trigger on the sensor's mcu."""
+        return self._trsyncs[0].get_command_queue()
+
+    def get_steppers(self):
+        """All steppers that stop on the trigger."""
+        return [s for trsync in self._trsyncs for s in trsync.get_steppers()]
+
+    def add_stepper(self, stepper):
+        """Stop this stepper of any mcu on the trigger."""
+        mcu = stepper.get_mcu()
+        for trsync in self._trsyncs:
+            if trsync.get_mcu() is mcu:
+                break
+        else:
+            trsync = MCU_trsync(mcu, self._trdispatch)
+            self._trsyncs.append(trsync)
+        trsync.add_stepper(stepper)
+        self._check_shared_axis(stepper)
+
+    def _check_shared_axis(self, stepper):
+        """Motors of one axis on two mcus would stop apart from each other."""
+        axis = stepper.get_name()[:len("stepper_x")]
+        if not axis.startswith("stepper_"):
+            return
+        for other in self.get_steppers():
+            if (other.get_mcu() is not stepper.get_mcu()
+                    and other.get_name().startswith(axis)):
+                raise ConfigError(
+                    "Steppers '%s' and '%s' home together but are on different"
+                    " mcus ('%s' and '%s'): put both motors of an axis on one mcu"
+                    % (other.get_name(), stepper.get_name(),
+                       other.get_mcu().get_name(), stepper.get_mcu().get_name()))
+
+    def start(self, print_time):
+        """Arm all triggers at print_time; returns a completion."""
+        self._completion = self._reactor.completion()
+        if self._mcu.is_fileoutput():
+            self._completion.complete(True)
+        count = len(self._trsyncs)
+        timeout = current_timeout(count)
+        for i, trsync in enumerate(self._trsyncs):
+            trsync.start(print_time, float(i) / count, self._completion, timeout)
+        self._trdispatch.start(MCU_trsync.REASON_HOST_REQUEST)
+        self._is_started = True
+        return self._completion
+
+    def wait_end(self, end_time):
+        """Wait for a trigger, or for the end_time (print_time) of the move."""
+        self._trsyncs[0].set_home_end_time(end_time)
+        if self._mcu.is_fileoutput():
+            self._completion.complete(True)
+        self._completion.wait()
+
+    def stop(self):
+        """Disarm; returns the reason that matters most (see MCU_trsync)."""
+        if self._is_started:
+            self._trdispatch.stop()
+            self._is_started = False
+        reasons = [trsync.stop() for trsync in self._trsyncs]
+        for reason in reasons:
+            if reason >= MCU_trsync.REASON_COMMS_TIMEOUT:
+                return reason
+        return reasons[0]
