@@ -84,6 +84,7 @@ static bool run_due(uint64_t limit)
 void irq_wait(void)
 {
     absorb_skew();
+    simulator.n_reads = 0;
     if (simulator.now <= simulator.until && run_due(simulator.until))
         return;
     if (simulator.now < simulator.until)

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fixtures: the simulator firmware, built once a session, and boards of it."""
+
+import pytest
+from simboard import SimBoard, build_simulator
+
+
+@pytest.fixture(scope="session")
+def simulator_so():
+    return build_simulator()
+
+
+@pytest.fixture
+def make_board(simulator_so):
+    """Make boards; none may end its test with a timer that ran late."""
+    boards = []
+
+    def make(clock=0):
+        board = SimBoard(simulator_so, clock)
+        board.identify()
+        boards.append(board)
+        return board
+    yield make
+    for board in boards:
+        assert board.late == []
+
+
+@pytest.fixture
+def board(make_board):
+    return make_board()
