@@ -9,7 +9,7 @@ LIBRARY = "klipper.so"
 PACKAGE_FOLDER = pathlib.Path(__file__).resolve().parent / "firmware"
 PROJECT_FOLDER = pathlib.Path(__file__).resolve().parents[2]
 BUILD_FOLDERS = (PROJECT_FOLDER / "out-simulator",
-                 PROJECT_FOLDER / "out")
+                 PROJECT_FOLDER / "out" / "simulator", PROJECT_FOLDER / "out")
 
 
 def find_firmware(wanted=None):
