@@ -11,6 +11,7 @@ import logging
 import math
 import os
 import socket
+import stat
 
 MESSAGE_END = b"\x03"
 MAX_INPUT = 8 * 1024 * 1024         # bytes of one request
@@ -112,15 +113,13 @@ class ApiServer:
 
 
 def _remove_stale(path):
-    """Remove a socket file; any other file stays, and bind() complains."""
+    """Remove the socket of a host that is gone; bind() complains about others."""
+    if not os.path.exists(path) or not stat.S_ISSOCK(os.stat(path).st_mode):
+        return
     probe = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         probe.connect(path)
     except ConnectionRefusedError:
-        os.remove(path)
-    except OSError:
-        return
-    else:
         os.remove(path)
     finally:
         probe.close()

@@ -16,7 +16,7 @@ from klippy.errors import PrinterError
 
 BLOCK_SIZE = 128 * 1024
 MAX_LINE = 1024 * 1024          # bytes without a newline that are kept
-MAX_PENDING_LINES = 20          # terminal: stop reading beyond
+MAX_PENDING_LINES = 1000        # terminal: stop reading beyond
 BUSY_PERIOD = 2.0               # s between busy lines
 _EMERGENCY = re.compile(rb"(?:^|\n)\s*(?:[Nn]\d+\s*)?[Mm]112(?![0-9.])")
 
@@ -99,17 +99,11 @@ class Terminal:
         if self.is_running and _EMERGENCY.search(self.splitter.rest + data):
             self.gcode.core_commands.cmd_M112(None)
         self.pending.extend(self.splitter.feed(data))
-        if self.is_running:
-            self._throttle()
-            return
-        self._run_pending()
-
-    def _throttle(self):
-        """Bound what a sender may queue that does not wait for ok."""
-        if len(self.pending) > MAX_PENDING_LINES * 200:
-            logging.warning("G-code terminal: %d lines dropped",
-                            len(self.pending) - MAX_PENDING_LINES)
-            del self.pending[MAX_PENDING_LINES:]
+        if not self.is_running:
+            self._run_pending()
+        elif len(self.pending) > MAX_PENDING_LINES:
+            # this sender does not wait for ok
+            self.reactor.set_fd_wake(self.handler, False)
 
     def _run_pending(self):
         self.is_running = True
@@ -123,6 +117,8 @@ class Terminal:
         finally:
             self.is_running = False
             self.reactor.update_timer(self.busy_timer, self.reactor.NEVER)
+            if self.handler is not None:
+                self.reactor.set_fd_wake(self.handler, True)
 
     def _run_line(self, line):
         if line is None:

@@ -55,7 +55,7 @@ class IdleTimeout:
         return {"state": self.state, "printing_time": printing_time,
                 "idle_timeout": self.idle_timeout}
 
-    def _note_moves(self, eventtime, print_time, est_print_time):
+    def _note_moves(self, eventtime, est_print_time, print_time):
         """The toolhead starts to move after a rest."""
         if self.state == "Printing" or self.timer is None:
             return
