@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The errors of the host, one small tree.
+
+A message says what is wrong, where, and what would be right, with the value
+quoted.  Anything else that is raised is a defect of the program.
+"""
+
+
+class PrinterError(Exception):
+    """Root of all errors that have a message for the user."""
+
+
+class Place:
+    """Where in the config files something is: file and line (0: unknown)."""
+
+    __slots__ = ("path", "line")
+
+    def __init__(self, path, line=0):
+        self.path, self.line = path, line
+
+    def __str__(self):
+        return "%s:%d" % (self.path, self.line) if self.line else str(self.path)
+
+    def __eq__(self, other):
+        return (isinstance(other, Place)
+                and (self.path, self.line) == (other.path, other.line))
+
+    def __hash__(self):
+        return hash((self.path, self.line))
+
+
+class ConfigError(PrinterError):
+    """The config, or what it describes, cannot be used.
+
+    place (Place or None) is set where the error is found or, at the latest,
+    by whoever loads the section.
+    """
+
+    def __init__(self, message="", place=None):
+        super().__init__(message)
+        self.place = place
+
+    def __str__(self):
+        message = super().__str__()
+        return "%s: %s" % (self.place, message) if self.place else message
+
+
+class ConfigErrors(ConfigError):
+    """Several errors, found in one pass over the config (attribute errors)."""
+
+    def __init__(self, errors):
+        super().__init__("\n".join(str(err) for err in errors))
+        self.errors = list(errors)
+
+
+class CommandError(PrinterError):
+    """A command cannot be carried out; the printer goes on."""
+
+
+class McuError(PrinterError):
+    """A micro-controller, or the link to it, fails."""
+
+
+class ShutdownError(PrinterError):
+    """The printer is shut down, or must be."""
+
+
+def collect(errors):
+    """The one error to raise for a list of ConfigErrors (at least one)."""
+    flat = []
+    for err in errors:
+        flat.extend(err.errors if isinstance(err, ConfigErrors) else [err])
+    return flat[0] if len(flat) == 1 else ConfigErrors(flat)
