@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The clocks of the mcus: estimates from samples, conversions, agreement.
+
+print_time is s on the main mcu's clock at its nominal frequency.  A secondary
+mcu steers its conversion from print_time so that it meets the main one.
+Handlers run in the response thread: an estimate is replaced as a whole.
+"""
+
+import logging
+
+from klippy.clockfit import ClockFit
+
+SAMPLE_INTERVAL = 0.9839
+START_SAMPLES = 8
+START_INTERVAL = 0.050
+MAX_PENDING = 4
+SYNC_TIME = 4.
+MIN_CATCH_UP = 2.
+MASK32 = 0xffffffff
+
+
+class ClockSync:
+    """Clock of the main mcu."""
+
+    def __init__(self, reactor):
+        self.reactor = reactor
+        self.serial = None
+        self.mcu_freq = 1.
+        self.last_clock = 0
+        self.fit = None
+        # (time in s, clock in ticks, ticks a s): the line now in use
+        self.clock_est = (0., 0., 1.)
+        self.pending_count = 0
+        self._query_cmd = b""
+        self._queue = None
+        self._sample_timer = None
+        self._lost_callback = None
+        self._is_file = False
+
+    def set_lost_callback(self, callback):
+        """Call callback() when the mcu answers no longer."""
+        self._lost_callback = callback
+
+    # Connecting
+
+    def connect(self, serial):
+        """Take first samples of the identified mcu, then keep sampling."""
+        self.serial = serial
+        self.mcu_freq = serial.msgparser.get_constant_float("CLOCK_FREQ")
+        params = serial.send_with_response("get_uptime", "uptime")
+        self.last_clock = (params["high"] << 32) | params["clock"]
+        time = params["#sent_time"] or params["#receive_time"]
+        self.fit = ClockFit(self.mcu_freq, time, self.last_clock)
+        self.clock_est = (time, float(self.last_clock), self.mcu_freq)
+        self._query_cmd = serial.msgparser.create_command("get_clock")
+        self._queue = serial.alloc_command_queue()
+        for _ in range(START_SAMPLES):
+            self.reactor.pause(self.reactor.monotonic() + START_INTERVAL)
+            self._note_clock(serial.send_with_response("get_clock", "clock"))
+        serial.register_response(self._handle_clock, "clock")
+        self._sample_timer = self.reactor.register_timer(
+            self._take_sample, self.reactor.NOW)
+
+    def connect_file(self, serial, pace=False):
+        """Let the clock follow the reactor's time exactly."""
+        self.serial = serial
+        self._is_file = True
+        self.mcu_freq = serial.msgparser.get_constant_float("CLOCK_FREQ")
+        self.clock_est = (self.reactor.monotonic(), 0., self.mcu_freq)
+        serial.set_clock_est(self.mcu_freq, self.clock_est[0], 0, 0)
+
+    def disconnect(self):
+        """Stop sampling."""
+        if self._sample_timer is not None:
+            self.reactor.unregister_timer(self._sample_timer)
+            self._sample_timer = None
+
+    # Samples
+
+    def _take_sample(self, eventtime):
+        if self.pending_count >= MAX_PENDING and self._lost_callback is not None:
+            self._lost_callback()
+        self.pending_count += 1
+        self.serial.raw_send(self._query_cmd, 0, 0, self._queue)
+        return eventtime + SAMPLE_INTERVAL
+
+    def _handle_clock(self, params):
+        self.pending_count = 0
+        self._note_clock(params)
+
+    def _note_clock(self, params):
+        """Take in a clock sample and pass the new line on."""
+        self.last_clock = clock = self.clock32_to_clock64(params["clock"])
+        sent_time = params["#sent_time"]
+        if not sent_time:
+            return
+        fit = self.fit
+        fit.add(sent_time, params["#receive_time"], float(clock))
+        time = fit.start_time + fit.mean_time
+        self.clock_est = (time, fit.clock_at(time), fit.freq)
+        self.serial.set_clock_est(fit.freq, time, int(self.clock_est[1]), clock)
+
+    # Conversions
+
+    def print_time_to_clock(self, print_time):
+        """Clock (int ticks) of a print_time (s)."""
+        return int(print_time * self.mcu_freq)
+
+    def clock_to_print_time(self, clock):
+        """print_time (s) of a clock."""
+        return clock / self.mcu_freq
+
+    def get_clock(self, eventtime):
+        """Estimated clock (int ticks) at an eventtime."""
+        time, clock, freq = self.clock_est
+        return int(clock + (eventtime - time) * freq)
+
+    def estimate_clock_systime(self, clock):
+        """Estimated eventtime at which the mcu reaches a clock."""
+        time, conv_clock, freq = self.clock_est
+        return time + (clock - conv_clock) / freq
+
+    def estimated_print_time(self, eventtime):
+        """Estimated print_time at an eventtime."""
+        return self.clock_to_print_time(self.get_clock(eventtime))
+
+    def clock32_to_clock64(self, clock32):
+        """The 64 bit clock within 2^31 ticks of the newest known clock."""
+        last = self.last_clock
+        diff = (clock32 - last) & MASK32
+        return last + diff - ((diff & 0x80000000) << 1)
+
+    def is_active(self):
+        """False if the mcu has not answered for about 4 s."""
+        return self._is_file or self.pending_count <= MAX_PENDING
+
+    def calibrate_clock(self, print_time, eventtime):
+        """(offset in s, ticks a s) with clock = (print_time - offset) * freq."""
+        return 0., self.mcu_freq
+
+    # Reports
+
+    def stats(self, eventtime):
+        """Figures of the clock: {name: number}."""
+        return {"freq": round(self.clock_est[2])}
+
+    def dump_debug(self):
+        """The state of the estimate as a line of text."""
+        time, clock, freq = self.clock_est
+        text = ("clock: mcu_freq=%.0f last_clock=%d clock_est=(%.3f %.0f %.3f)"
+                " pending=%d" % (self.mcu_freq, self.last_clock, time, clock, freq,
+                                 self.pending_count))
+        if self.fit is not None:
+            text += " min_rtt=%.6f error=%.9f weight=%.3f" % (
+                self.fit.min_rtt, self.fit.error ** .5, self.fit.weight)
+        return text
+
+
+class SecondarySync(ClockSync):
+    """Clock of another mcu, which follows the main one's print_time."""
+
+    def __init__(self, reactor, main_sync):
+        super().__init__(reactor)
+        self._main_sync = main_sync
+        # (offset in s, ticks a s) of the conversion from print_time
+        self.clock_adj = (0., 1.)
+        self.last_sync_time = 0.
+
+    def connect(self, serial):
+        """As ClockSync.connect(), and start in step with the main mcu."""
+        super().connect(serial)
+        self._align(self.reactor.monotonic())
+
+    def connect_file(self, serial, pace=False):
+        """As ClockSync.connect_file()."""
+        super().connect_file(serial, pace)
+        self.clock_adj = (0., self.mcu_freq)
+
+    def _align(self, eventtime):
+        """Set the conversion without regard to what was sent before."""
+        main = self._main_sync
+        freq = self.clock_est[2] * main.mcu_freq / main.clock_est[2]
+        time, clock, main_freq = main.clock_est
+        print_time = (clock + (eventtime - time) * main_freq) / main.mcu_freq
+        self.clock_adj = (print_time - self.get_clock(eventtime) / freq, freq)
+
+    def print_time_to_clock(self, print_time):
+        """Clock (int ticks) of a print_time (s)."""
+        offset, freq = self.clock_adj
+        return int((print_time - offset) * freq)
+
+    def clock_to_print_time(self, clock):
+        """print_time (s) of a clock."""
+        offset, freq = self.clock_adj
+        return clock / freq + offset
+
+    def calibrate_clock(self, print_time, eventtime):
+        """Steer the conversion from print_time on, without a jump there.
+
+        It meets the main mcu's clock SYNC_TIME ahead.
+        Returns (offset in s, ticks a s).
+        """
+        if self._is_file:
+            return self.clock_adj
+        main = self._main_sync
+        meet_time = max(eventtime + SYNC_TIME, main.estimate_clock_systime(
+            (print_time + MIN_CATCH_UP) * main.mcu_freq))
+        main_time, main_clock, main_freq = main.clock_est
+        meet_print_time = ((main_clock + (meet_time - main_time) * main_freq)
+                           / main.mcu_freq)
+        time, clock, freq = self.clock_est
+        meet_clock = clock + (meet_time - time) * freq
+        offset, old_freq = self.clock_adj
+        start_clock = (print_time - offset) * old_freq
+        new_freq = (meet_clock - start_clock) / (meet_print_time - print_time)
+        if not 0.5 < new_freq / self.mcu_freq < 2.:
+            logging.warning("clock of a secondary mcu jumped: realigned")
+            self._align(eventtime)
+            return self.clock_adj
+        self.clock_adj = (print_time - start_clock / new_freq, new_freq)
+        self.last_sync_time = meet_print_time
+        return self.clock_adj
+
+    def stats(self, eventtime):
+        """Figures of the clock: {name: number}."""
+        return dict(super().stats(eventtime), adj=round(self.clock_adj[1]))
+
+    def dump_debug(self):
+        """The state of the estimate as a line of text."""
+        return "%s clock_adj=(%.6f %.3f)" % ((super().dump_debug(),) + self.clock_adj)
