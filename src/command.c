@@ -29,7 +29,7 @@ static uint16_t crc16_ccitt(const uint8_t *buf, uint8_t len)
         low = (uint8_t)(high ^ (x >> 4) ^ (x << 3));
         high = (uint8_t)(x ^ (x >> 5));
     }
-    return (uint16_t)(high << 8 | low);
+    return (uint16_t)((uint16_t)high << 8 | low);
 }
 
 /* The last byte's sign bits say whether the number is negative: 0x60 and up

@@ -74,7 +74,7 @@ static bool load_run(struct stepper *s)
         s->dir = run->dir;
         gpio_toggle_irq(s->dir_pin);
     }
-    s->end_position += s->dir ? run->count : 0u - run->count;
+    s->end_position += s->dir ? run->count : -(uint32_t)run->count;
     s->first = run->next;
     if (!s->first)
         s->last = &s->first;

@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Any bytes at the console: nothing may crash, and afterwards the firmware
+ * answers.  LLVMFuzzerTestOneInput() serves libFuzzer as well.
+ *
+ * An input is a run of chunks.  A chunk's first byte is its length (6 bits) and
+ * whether it comes in a proper block (bit 6 clear) or raw.  With bit 7 of the
+ * first chunk the firmware has been configured before. */
+#include <string.h>
+
+#include "core/command.h"
+#include "core/tables.h"
+#include "fakeboard.h"
+#include "tests.h"
+
+enum { N_INPUTS = 4000, MAX_INPUT = 400, MAX_EVENTS = 300 };
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+static void run_for(uint32_t ticks)
+{
+    fake_run(fake.clock + ticks, MAX_EVENTS);
+}
+
+static void send_values(void *handler, int n, const uint32_t *values)
+{
+    uint8_t payload[COMMAND_PAYLOAD_MAX], *p;
+    uint32_t id = 0;
+
+    while ((void *)tables_commands[id].handler != handler)
+        id++;
+    p = command_put_int(payload, id);
+    for (int i = 0; i < n; i++)
+        p = command_put_int(p, values[i]);
+    fake_send(payload, (size_t)(p - payload));
+    run_for(0);
+}
+
+static void send_command(void *handler)
+{
+    send_values(handler, 0, NULL);
+}
+
+#define SEND(NAME, ...) \
+    send_values((void *)command_##NAME, \
+                (int)(sizeof((uint32_t[]){ __VA_ARGS__ }) / 4), \
+                (uint32_t[]){ __VA_ARGS__ })
+
+static void configure(void)
+{
+    SEND(allocate_oids, 10);
+    SEND(config_stepper, 0, 10, 11, 0, 100);
+    SEND(config_stepper, 1, 12, 13, 255, 0);
+    SEND(config_digital_out, 2, 14, 0, 0, 0);
+    SEND(config_digital_out, 3, 15, 1, 1, 90000);
+    SEND(config_trsync, 4);
+    SEND(config_trsync, 5);
+    SEND(config_endstop, 6, 16, 1);
+    SEND(config_analog_in, 7, 17);
+    SEND(config_pwm_out, 8, 18, 1000, 0, 5, 90000);
+    SEND(finalize_config, 1);
+}
+
+/* Whatever has happened: end it, and start over without a configuration. */
+static void start_over(void)
+{
+    uint8_t sync = 0x7e;
+
+    fake.rx_len = 0;
+    fake_receive(&sync, 1);
+    run_for(0);
+    send_command((void *)command_emergency_stop);
+    send_command((void *)command_config_reset);
+    send_command((void *)command_clear_shutdown);
+    fake.n_edges = 0;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    uint32_t n_blocks;
+
+    if (size && data[0] & 128)
+        configure();
+    while (size > 1) {
+        size_t len = data[0] & 63;
+        bool is_raw = data[0] & 64;
+        data++, size--;
+        if (len > size)
+            len = size;
+        if (len > COMMAND_PAYLOAD_MAX)
+            len = COMMAND_PAYLOAD_MAX;
+        if (is_raw ? fake_receive(data, len) : fake_send(data, len))
+            run_for(1000);
+        data += len, size -= len;
+    }
+    start_over();
+    n_blocks = fake.n_blocks;
+    send_command((void *)command_get_clock);
+    CHECK(fake.n_blocks >= n_blocks + 2);
+    return 0;
+}
+
+static bool value_bit(uint32_t *seed)
+{
+    return next_random(seed) & 1;
+}
+
+/* Mostly plausible messages: real numbers of commands, small arguments. */
+static size_t make_input(uint8_t *data, uint32_t *seed)
+{
+    size_t size = 0;
+
+    while (size < MAX_INPUT - 64) {
+        uint8_t *start = data + size++, *p = start + 1;
+        uint32_t kind = next_random(seed) % 8;
+        while (p - start < 40 && next_random(seed) % 12) {
+            uint32_t value = next_random(seed);
+            if (kind < 6)
+                p = command_put_int(p, next_random(seed) % 4
+                                    ? value % 48
+                                    : fake.clock + value % 99999);
+            else
+                *p++ = (uint8_t)value;
+        }
+        *start = (uint8_t)((p - start - 1) | (kind == 7 ? 64 : 0)
+                           | (value_bit(seed) ? 128 : 0));
+        size = (size_t)(p - data);
+    }
+    return size;
+}
+
+void fuzz_command(uint32_t seed)
+{
+    static uint8_t data[MAX_INPUT + 64];
+
+    for (int i = 0; i < N_INPUTS; i++)
+        LLVMFuzzerTestOneInput(data, make_input(data, &seed));
+    printf("fuzz: %d inputs, %u blocks answered\n", N_INPUTS, fake.n_blocks);
+}

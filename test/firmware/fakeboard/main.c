@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * usage: klipper.elf sched|injection|fuzz SEED */
+#include <stdint.h>
+#include <string.h>
+
+#include "tests.h"
+
+int main(int argc, char **argv)
+{
+    uint32_t seed = argc > 2 ? (uint32_t)atoi(argv[2]) : 1;
+
+    if (argc > 1 && !strcmp(argv[1], "sched"))
+        test_sched(seed);
+    else if (argc > 1 && !strcmp(argv[1], "injection"))
+        test_injection(seed);
+    else if (argc > 1 && !strcmp(argv[1], "fuzz"))
+        fuzz_command(seed);
+    else
+        return 2;
+    return 0;
+}
