@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ways to restart an mcu: by command or by the control lines of its port."""
+
+import logging
+import os
+
+import serial
+
+from klippy.errors import McuError
+
+METHODS = {"arduino": "arduino", "cheetah": "cheetah", "command": "command",
+           "rpi_usb": "rpi_usb"}
+RESET_BAUD = 2400
+USB_POWER = "/sys/devices/platform/soc/*.usb/buspower"
+SETTLE_TIME = 0.015
+REBOOT_TIME = 2.
+
+
+class McuRestart:
+    """Restarts one mcu the way its config asks for."""
+
+    def __init__(self, mcu, method, port):
+        self._mcu = mcu
+        self._method = method
+        self._port = port
+        self._reactor = mcu.get_printer().get_reactor()
+        self._commands = ()
+
+    @property
+    def uses_usb_power(self):
+        """True if the restart switches the power of all USB devices."""
+        return self._method == "rpi_usb"
+
+    def lookup_commands(self):
+        """Find the reset commands of the identified firmware."""
+        self._commands = [
+            (name, self._mcu.try_lookup_command(name))
+            for name in ("reset", "config_reset")]
+
+    def has_command(self):
+        """True if the firmware can restart itself."""
+        return any(cmd is not None for _, cmd in self._commands)
+
+    def run(self):
+        """Restart the mcu and close the link to it.
+
+        Raises McuError if the way is not open.
+        """
+        method = self._method
+        if method is None:
+            method = "command" if self.has_command() else "arduino"
+        logging.info("mcu '%s': restart by %s", self._mcu.get_name(), method)
+        getattr(self, "_run_" + method)()
+
+    def _run_command(self):
+        commands = dict(self._commands)
+        name = "reset" if commands.get("reset") is not None else "config_reset"
+        command = commands.get(name)
+        if command is None or not self._mcu.is_link_active():
+            raise McuError("Unable to issue a restart command to mcu '%s': %s" % (
+                self._mcu.get_name(), "the link is down" if command is not None
+                else "its firmware has neither reset nor config_reset"))
+        if name == "config_reset":
+            # works only while shut down
+            self._mcu.send_emergency_stop()
+            self._pause(SETTLE_TIME)
+        command.send()
+        self._pause(SETTLE_TIME)
+        self._mcu.disconnect()
+
+    def _run_arduino(self):
+        """Pulse DTR, which resets an Arduino."""
+        self._mcu.disconnect()
+        port = self._open_port(RESET_BAUD)
+        port.read(1)
+        self._pause(0.100)
+        port.dtr = True
+        self._pause(0.100)
+        port.dtr = False
+        self._pause(0.100)
+        port.close()
+
+    def _run_cheetah(self):
+        """Pulse DTR with RTS low, which resets a Fysetc Cheetah."""
+        self._mcu.disconnect()
+        port = self._open_port(RESET_BAUD)
+        port.rts = False
+        port.dtr = True
+        self._pause(0.100)
+        port.dtr = False
+        self._pause(0.100)
+        port.close()
+
+    def _run_rpi_usb(self):
+        """Switch the power of a Raspberry Pi's USB ports off and on."""
+        import glob
+        self._mcu.disconnect()
+        for value in (b"0", b"1"):
+            for path in glob.glob(USB_POWER):
+                fd = os.open(path, os.O_WRONLY)
+                os.write(fd, value)
+                os.close(fd)
+            self._pause(REBOOT_TIME)
+
+    def _open_port(self, baud):
+        try:
+            port = serial.Serial(baudrate=baud, timeout=0, exclusive=True)
+            port.port = self._port
+            port.open()
+        except (OSError, serial.SerialException) as err:
+            raise McuError("Unable to restart mcu '%s' by its port '%s': %s"
+                           % (self._mcu.get_name(), self._port, err))
+        return port
+
+    def _pause(self, seconds):
+        self._reactor.pause(self._reactor.monotonic() + seconds)
