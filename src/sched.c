@@ -29,12 +29,15 @@ static bool sentinel_event(struct timer *timer)
     return TIMER_DONE;
 }
 
-static void insert_timer(struct timer *timer)
+/* The timer comes after `other`: find its place.  Out of line, so that the
+ * common case of an early timer saves no registers for it. */
+static __attribute__((noinline)) void insert_behind(struct timer *other,
+                                                    struct timer *timer)
 {
     uint32_t waketime = timer->waketime;
-    struct timer **link = &first_timer, *other = first_timer;
+    struct timer **link = &first_timer;
 
-    while (!timer_is_before(waketime, other->waketime)) {
+    do {
         struct timer *next = other->next;
         if (!next) {
             other->waketime = waketime + SENTINEL_LEAD;
@@ -42,9 +45,21 @@ static void insert_timer(struct timer *timer)
         }
         link = &other->next;
         other = next;
-    }
+    } while (!timer_is_before(waketime, other->waketime));
     timer->next = other;
     *link = timer;
+}
+
+static inline void insert_timer(struct timer *timer)
+{
+    struct timer *first = first_timer;
+
+    if (!timer_is_before(timer->waketime, first->waketime)) {
+        insert_behind(first, timer);
+        return;
+    }
+    timer->next = first;
+    first_timer = timer;
 }
 
 void sched_add_timer(struct timer *timer)

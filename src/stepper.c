@@ -81,22 +81,29 @@ static bool load_run(struct stepper *s)
     return true;
 }
 
-/* The step at *clock is done: move *clock to the next one's time.  Returns
- * false when no steps are left. */
-static inline bool advance(struct stepper *s, uint32_t *clock)
+/* Out of line, so that the common path saves no registers for it. */
+static __attribute__((noinline)) bool next_run(struct stepper *s,
+                                               uint32_t *clock)
 {
-    struct run *run;
+    struct run *run = s->first;
 
-    if (--s->count) {
-        *clock += s->interval;
-        s->interval += (uint32_t)(int32_t)s->add;
-        return true;
-    }
-    run = s->first;
     if (!load_run(s))
         return false;
     *clock += run->interval;
     movecell_give(run);
+    return true;
+}
+
+/* The step at *clock is done: move *clock to the next one's time.  Returns
+ * false when no steps are left. */
+static inline bool advance(struct stepper *s, uint32_t *clock)
+{
+    uint32_t interval = s->interval;
+
+    if (!--s->count)
+        return next_run(s, clock);
+    *clock += interval;
+    s->interval = interval + (uint32_t)(int32_t)s->add;
     return true;
 }
 
