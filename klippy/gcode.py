@@ -346,11 +346,11 @@ class GCodeDispatch:
                                      % (line.strip(), told, computed))
         if numbered:
             line = line[numbered.end():]
-        return line.strip()
+        return line.strip(" \t\r\n\ufeff")
 
     def _check_wordless(self, line):
         """Pass over empty lines, comments and % marks."""
-        if line and line[0] not in ";(%\ufeff":
+        if line and line[0] not in ";(%":
             shown = line if len(line) <= 60 else line[:57] + "..."
             raise self.error("'%s' is no G-code command" % (
                 shown.encode("unicode_escape").decode("ascii"),))
