@@ -272,6 +272,18 @@ class Reactor:
 
     # The loop
 
+    def call_protected(self, callback, *args):
+        """Call a callback now; an error is handled as if a timer had raised it.
+
+        Returns True if there was none.
+        """
+        try:
+            callback(*args)
+        except Exception as err:
+            self._handle_error(err)
+            return False
+        return True
+
     def set_error_handler(self, handler):
         """Have handler(exception) called when a callback raises.
 

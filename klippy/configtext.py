@@ -1,0 +1,333 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Text of config files: sections, options, comments, includes, saved values.
+
+All errors of all files are collected and raised together.  A `#` starts a
+comment anywhere, a `;` at the start of a line or after a blank.  A line that is
+indented deeper than its option continues the option's value.
+"""
+
+import glob
+import pathlib
+import re
+
+from klippy.errors import ConfigError, Place, collect
+
+SAVE_MARK = "#*# <---------------------- SAVE_CONFIG ---------------------->"
+SAVE_PREFIX = "#*#"
+_HEADER = re.compile(r"\[(?P<name>[^\]]*)\]?(?P<rest>.*)", re.DOTALL)
+_OPTION = re.compile(r"(?P<name>[^:=]*)[:=](?P<value>.*)", re.DOTALL)
+_SEMICOLON = re.compile(r"(?:^|\s);")
+_GLOB_SIGNS = re.compile(r"[*?\[]")
+
+
+def shorten(text, limit=60):
+    """Text for a message: printable and not longer than limit."""
+    shown = text.encode("unicode_escape").decode("ascii")
+    return shown if len(shown) <= limit else shown[:limit - 3] + "..."
+
+
+class Entry:
+    """One option: its value as written, where, and whether SAVE_CONFIG wrote it."""
+
+    __slots__ = ("value", "place", "is_saved")
+
+    def __init__(self, value, place, is_saved=False):
+        self.value, self.place, self.is_saved = value, place, is_saved
+
+
+class ConfigStore:
+    """Sections and options of a printer, later ones over earlier ones.
+
+    Names of sections keep their case, names of options are lower case.  asked
+    holds, by section, the options that the program looked for.
+    """
+
+    def __init__(self):
+        self._sections = {}
+        self._places = {}
+        self.warnings = []          # (text, section, option)
+        self.asked = {}
+
+    # The part that plug-ins know
+
+    def sections(self):
+        """Names of all sections, in order of appearance."""
+        return list(self._sections)
+
+    def has_section(self, section):
+        self.asked.setdefault(section, set())
+        return section in self._sections
+
+    def options(self, section):
+        """Names of the options of a section; none if there is no such section."""
+        return list(self._sections.get(section, ()))
+
+    def has_option(self, section, option):
+        """Whether the option is set; notes that somebody asked."""
+        option = option.lower()
+        self.asked.setdefault(section, set()).add(option)
+        return option in self._sections.get(section, ())
+
+    def get(self, section, option):
+        """Value as written.  Raises ConfigError if it is not set."""
+        entry = self._sections.get(section, {}).get(option.lower())
+        if entry is None:
+            raise ConfigError("There is no option '%s' in section [%s]"
+                              % (option, section), self.get_place(section))
+        return entry.value
+
+    def items(self, section):
+        """Pairs of option and value of a section."""
+        return [(name, entry.value)
+                for name, entry in self._sections.get(section, {}).items()]
+
+    def add_section(self, section, place=None):
+        """Make sure that a section exists."""
+        self._sections.setdefault(section, {})
+        if place is not None:
+            self._places.setdefault(section, place)
+
+    def set(self, section, option, value, place=None, is_saved=False):
+        """Set an option, adding its section if need be."""
+        self.add_section(section, place)
+        self._sections[section][option.lower()] = Entry(value, place, is_saved)
+
+    def remove_option(self, section, option):
+        """Forget an option; True if it was set."""
+        return self._sections.get(section, {}).pop(option.lower(), None) is not None
+
+    def remove_section(self, section):
+        """Forget a section; True if it was there."""
+        return self._sections.pop(section, None) is not None
+
+    # Places
+
+    def get_place(self, section, option=None):
+        """Place of an option or section; None if it is not from a file."""
+        entry = self._sections.get(section, {}).get(option)
+        return entry.place if entry is not None else self._places.get(section)
+
+    def is_saved(self, section, option):
+        """Whether SAVE_CONFIG wrote the option."""
+        entry = self._sections.get(section, {}).get(option)
+        return entry is not None and entry.is_saved
+
+
+def strip_comment(line):
+    """The line without comment and trailing blanks."""
+    line = line.partition("#")[0]
+    if ";" in line:
+        match = _SEMICOLON.search(line)
+        if match is not None:
+            line = line[:match.start()]
+    return line.rstrip()
+
+
+def split_lines(text):
+    """Lines without their ends; knows LF and CRLF."""
+    lines = text.split("\n")
+    if lines and not lines[-1]:
+        lines.pop()
+    return [line.removesuffix("\r") for line in lines]
+
+
+def decode(data):
+    """Text of a file's bytes; what is not UTF-8 stays as lone surrogates."""
+    return data.decode("utf-8", "surrogateescape").removeprefix("\ufeff")
+
+
+def find_saved_block(lines):
+    """Index of the first line of SAVE_CONFIG's block, None without one."""
+    for index, line in enumerate(lines):
+        if line.startswith(SAVE_MARK):
+            return index
+    return None
+
+
+class FileParser:
+    """Takes one file's lines apart; options go to `emit`, errors to `errors`.
+
+    emit: object with begin_section(name, place) and add_option(section, name,
+    value, place); include(pattern, place) for include lines.
+    """
+
+    def __init__(self, path, emit, errors):
+        self.path, self.emit, self.errors = path, emit, errors
+        self.section = None
+        self.is_skipping = False        # after a header that is no header
+        self.option, self.values, self.indent = None, [], 0
+        self.option_place = None
+
+    def parse(self, lines, first_line=1):
+        """Parse lines, the first of which has number first_line."""
+        for number, line in enumerate(lines, first_line):
+            self._parse_line(line, Place(self.path, number))
+        self.end_option()
+
+    def _fail(self, text, place):
+        self.errors.append(ConfigError(text, place))
+
+    def _parse_line(self, raw, place):
+        line = strip_comment(raw)
+        if not line:
+            if self.option is not None:
+                self.values.append("")
+            return
+        if not self._is_text(line, place):
+            return
+        text = line.lstrip()
+        indent = len(line) - len(text)
+        if self.option is not None and indent > self.indent:
+            self.values.append(text)
+        elif text[0] == "[":
+            self._parse_header(text, place)
+        else:
+            self._parse_option(text, indent, place)
+
+    def _is_text(self, line, place):
+        if "\0" in line:
+            self._fail("a NUL byte in '%s'" % (shorten(line),), place)
+            return False
+        if not line.isascii() and any("\ud800" <= c <= "\udfff" for c in line):
+            self._fail("'%s' is not UTF-8" % (shorten(line),), place)
+            return False
+        return True
+
+    def _parse_header(self, text, place):
+        self.end_option()
+        name = _HEADER.match(text).group("name").strip()
+        self.section, self.is_skipping = None, False
+        if "]" not in text or not name:
+            self.is_skipping = True
+            self._fail("'%s' is not a section header: write [name]"
+                       % (shorten(text),), place)
+        elif name.split(None, 1)[0] == "include":
+            self.emit.include(name[len("include"):].strip(), place)
+        else:
+            self.section = name
+            self.emit.begin_section(name, place)
+
+    def _parse_option(self, text, indent, place):
+        self.end_option()
+        match = _OPTION.match(text)
+        name = match.group("name").strip().lower() if match else ""
+        if not name:
+            self._fail("'%s' is not an option: write name: value" % (shorten(text),),
+                       place)
+        elif self.section is None:
+            if not self.is_skipping:
+                self._fail("option '%s' is not in a section: write [name] above it"
+                           % (shorten(name),), place)
+        else:
+            self.option, self.indent, self.option_place = name, indent, place
+            self.values = [match.group("value").strip()]
+
+    def end_option(self):
+        """Pass on the option whose value is complete now."""
+        if self.option is not None:
+            value = "\n".join(self.values).rstrip()
+            self.emit.add_option(self.section, self.option, value, self.option_place)
+            self.option = None
+
+
+class ConfigReader:
+    """Reads a main file with all it includes into a ConfigStore."""
+
+    def __init__(self):
+        self.store = ConfigStore()
+        self.errors = []
+        self.parsers = []               # of the files that are open, main first
+        self.is_saved = False
+        self.first_in_file = {}         # (path, section, option) -> Place
+        self.seen_in_file = set()
+
+    def read(self, path):
+        """Read the main file.  Raises ConfigError, or several in one."""
+        text = self._read_text(path, None)
+        if text is not None:
+            lines = split_lines(text)
+            self._read_main(str(path), lines)
+        if self.errors:
+            raise collect(self.errors)
+        return self.store
+
+    def _read_main(self, path, lines):
+        start = find_saved_block(lines)
+        self._parse(path, lines[:start])
+        if start is None:
+            return
+        saved = []
+        for number, line in enumerate(lines[start:], start + 1):
+            if line.strip() and not line.startswith(SAVE_PREFIX):
+                self.errors.append(ConfigError(
+                    "'%s' is below the line SAVE_CONFIG wrote: move it above"
+                    % (shorten(line),), Place(path, number)))
+                line = ""
+            saved.append(line[len(SAVE_PREFIX):].removeprefix(" "))
+        self.is_saved = True
+        # the first line is the mark, the second a remark
+        self._parse(path, [""] + [
+            "" if "DO NOT EDIT" in line else line for line in saved[1:]], start + 1)
+
+    def _read_text(self, path, place):
+        try:
+            return decode(pathlib.Path(path).read_bytes())
+        except OSError as err:
+            self.errors.append(ConfigError(
+                "unable to read the config file '%s': %s" % (path, err.strerror),
+                place))
+            return None
+
+    def _parse(self, path, lines, first_line=1):
+        parser = FileParser(path, self, self.errors)
+        self.parsers.append(parser)
+        parser.parse(lines, first_line)
+        self.parsers.pop()
+
+    # Called by the parser
+
+    def begin_section(self, name, place):
+        key = (place.path, name, self.is_saved)
+        if key in self.seen_in_file:
+            self.store.warnings.append((
+                "%s: section [%s] was there already: its options are added to it"
+                % (place, name), name, None))
+        self.seen_in_file.add(key)
+        self.store.add_section(name, place)
+
+    def add_option(self, section, name, value, place):
+        key = (place.path, section, name, self.is_saved)
+        first = self.first_in_file.setdefault(key, place)
+        old = self.store.get_place(section, name)
+        if first is not place:
+            self.store.warnings.append((
+                "%s: option '%s' of section [%s] was set in line %d already: the last"
+                " one counts" % (place, name, section, first.line), section, name))
+        elif self.is_saved and name in self.store.options(section):
+            self.store.warnings.append((
+                "%s: option '%s' of section [%s] is overridden by the value that"
+                " SAVE_CONFIG wrote (%s)" % (old, name, section, place), section, name))
+        self.store.set(section, name, value, place, self.is_saved)
+
+    def include(self, pattern, place):
+        """Read the files that an include line names, in order of name."""
+        folder = pathlib.Path(place.path).parent
+        full = str(folder / pathlib.Path(pattern).expanduser()) if pattern else ""
+        names = sorted(glob.glob(full)) if pattern else []
+        if not names and not (pattern and _GLOB_SIGNS.search(pattern)):
+            self.errors.append(ConfigError(
+                "[include %s]: there is no such file" % (pattern,), place))
+        for name in names:
+            self._include_file(name, place)
+
+    def _include_file(self, name, place):
+        real = pathlib.Path(name).resolve()
+        chain = [parser.path for parser in self.parsers]
+        if any(pathlib.Path(path).resolve() == real for path in chain):
+            self.errors.append(ConfigError(
+                "[include] goes in a circle: %s" % (
+                    " -> ".join([*map(str, chain), name]),), place))
+            return
+        text = self._read_text(name, place)
+        if text is not None:
+            self._parse(name, split_lines(text))

@@ -1,0 +1,373 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The printer: its objects, its state, its start, stop and restart.
+
+A printer that cannot start stays up with a message, so that the config can be
+corrected and RESTART be used.
+"""
+
+import importlib
+import logging
+import pkgutil
+
+import klippy.extras
+from klippy import configfile, gcode, gcode_io, plugins, webhooks
+from klippy.errors import (
+    CommandError,
+    ConfigError,
+    ConfigErrors,
+    McuError,
+    PrinterError,
+)
+
+__all__ = ["Printer"]
+
+MESSAGE_READY = "Printer is ready"
+MESSAGE_STARTUP = """\
+The printer is starting: it connects to its micro-controllers.
+Try again in a moment.
+"""
+HINT_CONFIG = """
+Correct the config file, then use the RESTART command.
+The printer is halted.
+"""
+HINT_MCU = """
+Check the micro-controller and its connection, then use the
+FIRMWARE_RESTART command to reset it and start again.
+The printer is halted.
+"""
+HINT_SHUTDOWN = """
+When the cause is dealt with, use the FIRMWARE_RESTART command to
+reset the micro-controllers and start again.
+The printer is shut down.
+"""
+HINT_INTERNAL = """
+This is a defect of the software: the log file tells more.
+Use the RESTART command to start again.
+"""
+# Built before the sections of the config, and after them
+FIRST_MODULES = ("klippy.pins", "klippy.mcu")
+LAST_MODULES = ("klippy.toolhead",)
+
+
+class _Required:
+    """Default of a lookup that must succeed."""
+
+
+class SectionLoader:
+    """Loads the sections of a config into printer objects, noting all errors."""
+
+    def __init__(self, printer):
+        self.printer = printer
+        self.errors = []
+        self.failed = {}                # section -> its ConfigError
+
+    def try_call(self, func, *args):
+        """Call func; a ConfigError is noted.  Returns True without error."""
+        try:
+            func(*args)
+        except ConfigError as err:
+            if not any(err is known for known in self.errors):
+                self.errors.append(err)
+            return False
+        return True
+
+    def load(self, config, section, default=_Required):
+        """The object of a section; see Printer.load_object()."""
+        if section in self.failed:
+            raise self.failed[section]
+        module = self._find_module(section.partition(" ")[0], default)
+        if module is None:
+            return default
+        is_named = " " in section
+        entry = getattr(module, "load_config_prefix" if is_named else "load_config",
+                        None)
+        if entry is None:
+            if default is not _Required:
+                return default
+            raise ConfigError("section [%s] must %s" % (
+                section, "have no name" if is_named else "have a name: [%s my_name]"
+                % (section,)), config.fileconfig.get_place(section))
+        try:
+            obj = entry(config.getsection(section))
+        except ConfigError as err:
+            if err.place is None:
+                err.place = config.fileconfig.get_place(section)
+            self.failed[section] = err
+            raise
+        self.printer.objects[section] = obj
+        return obj
+
+    def _find_module(self, name, default):
+        if not name.isidentifier():
+            return self._unknown(name, default)
+        full_name = "klippy.extras." + name
+        try:
+            module = importlib.import_module(full_name)
+        except ModuleNotFoundError as err:
+            if err.name == full_name:
+                return self._unknown(name, default)
+            raise ConfigError("the module of section [%s] cannot be imported: it needs"
+                              " the Python module '%s'" % (name, err.name))
+        except (ImportError, SyntaxError) as err:
+            logging.exception("importing '%s' failed", full_name)
+            raise ConfigError("the module of section [%s] cannot be imported: %s"
+                              % (name, err))
+        plugins.log_shadowing(module)
+        return module
+
+    @staticmethod
+    def _unknown(name, default):
+        if default is _Required:
+            raise ConfigError("there is no module '%s'" % (name,))
+
+    def load_all(self, config):
+        """Load everything.  Raises ConfigError, with all that is wrong."""
+        is_complete = True
+        for name in FIRST_MODULES:
+            is_complete &= self._add_core(name, config)
+        if is_complete:
+            for section in config.get_prefix_sections(""):
+                self.try_call(self._load_optional, config, section.get_name())
+            for name in LAST_MODULES:
+                is_complete &= self._add_core(name, config)
+        self._check_unused(config, is_complete)
+        if self.errors:
+            raise configfile.collect(self.errors)
+
+    def _add_core(self, name, config):
+        module = importlib.import_module(name)
+        return self.try_call(module.add_printer_objects, config)
+
+    def _load_optional(self, config, section):
+        if section not in self.printer.objects:
+            self.load(config, section, None)
+
+    def _check_unused(self, config, is_complete):
+        skipped = set(self.failed)
+        if not is_complete or self.errors:
+            # whatever reads the sections without module may not have run
+            skipped.update(
+                name for name in config.fileconfig.sections()
+                if name not in self.printer.objects
+                and self._is_core_section(name))
+        self.try_call(self.printer.lookup_object("configfile").check_unused_options,
+                      config, skipped, list_section_kinds())
+
+    def _is_core_section(self, name):
+        kind = name.partition(" ")[0]
+        return (kind in ("printer", "mcu") or kind.startswith(("stepper", "extruder"))
+                or kind in list_section_kinds())
+
+
+def list_section_kinds():
+    """Names of the sections that modules are there for."""
+    names = [info.name for info in pkgutil.iter_modules(klippy.extras.__path__)]
+    return sorted([*names, "printer", "mcu", "extruder", "stepper_x", "stepper_y",
+                   "stepper_z", "stepper_a", "stepper_b", "stepper_c"])
+
+
+class Printer:
+    """Registry of a printer's objects and owner of its state.
+
+    reactor: Reactor.  bglogger: QueueListener or None.  start_args: dict, see
+    docs/internals/printer.md.
+    """
+    config_error = ConfigError
+    command_error = CommandError
+
+    def __init__(self, reactor, bglogger, start_args):
+        self.reactor, self.bglogger = reactor, bglogger
+        self.start_args = start_args
+        self.objects = {}
+        self.event_handlers = {}
+        self.state, self.state_message = "startup", MESSAGE_STARTUP
+        self.in_shutdown_state = False
+        self.run_result = None
+        self.load_errors = []
+        self.loader = SectionLoader(self)
+        reactor.set_error_handler(self._handle_internal_error)
+        gcode.setup(self)
+        webhooks.setup(self)
+        gcode_io.setup(self)
+        self.add_object("configfile", configfile.PrinterConfig(self))
+
+    # Objects
+
+    def get_start_args(self):
+        """The start arguments (dict); not to be changed."""
+        return self.start_args
+
+    def get_reactor(self):
+        """The Reactor."""
+        return self.reactor
+
+    def add_object(self, name, obj):
+        """Register an object.  Raises ConfigError if the name is taken."""
+        if name in self.objects:
+            raise ConfigError("printer object '%s' exists already" % (name,))
+        self.objects[name] = obj
+
+    def lookup_object(self, name, default=_Required):
+        """The object of a name.  Raises ConfigError without it and default."""
+        if name in self.objects:
+            return self.objects[name]
+        if default is _Required:
+            raise ConfigError("there is no printer object '%s'%s" % (
+                name, configfile.propose(name, self.objects)))
+        return default
+
+    def lookup_objects(self, module=None):
+        """Pairs of name and object: all, or those of one section kind."""
+        if module is None:
+            return list(self.objects.items())
+        prefix = module + " "
+        found = [(name, obj) for name, obj in self.objects.items()
+                 if name.startswith(prefix)]
+        if module in self.objects:
+            return [(module, self.objects[module]), *found]
+        return found
+
+    def load_object(self, config, section, default=_Required):
+        """The object of a section, which is made if need be.
+
+        Raises ConfigError if there is no module for it, unless default is given.
+        """
+        if section in self.objects:
+            return self.objects[section]
+        return self.loader.load(config, section, default)
+
+    # Events
+
+    def register_event_handler(self, event, callback):
+        """Have callback called with the arguments of an event."""
+        self.event_handlers.setdefault(event, []).append(callback)
+
+    def send_event(self, event, *params):
+        """Call the handlers of an event; returns what they return."""
+        return [callback(*params)
+                for callback in list(self.event_handlers.get(event, ()))]
+
+    def _send_protected(self, event, *params):
+        """Call all handlers, also if one of them fails."""
+        for callback in list(self.event_handlers.get(event, ())):
+            self.reactor.call_protected(callback, *params)
+
+    # State
+
+    def get_state_message(self):
+        """(message, state): startup, ready, error or shutdown."""
+        return self.state_message, self.state
+
+    def is_shutdown(self):
+        """True after a shutdown."""
+        return self.in_shutdown_state
+
+    def _set_state(self, state, message):
+        if self.state in ("startup", "ready"):
+            self.state, self.state_message = state, message
+            if state != "ready" and self.start_args.get("debuginput") is not None:
+                self.request_exit("error_exit")
+
+    def set_rollover_info(self, name, info, log=True):
+        """Log info, and again at the start of each new log file."""
+        if log and info is not None:
+            logging.info(info)
+        if self.bglogger is not None:
+            self.bglogger.set_rollover_info(name, info)
+
+    # Start
+
+    def run(self):
+        """Start and serve until an exit is asked for; returns how to go on.
+
+        'exit', 'error_exit', 'restart' or 'firmware_restart'.
+        """
+        self.reactor.register_callback(self._connect)
+        self.reactor.run()
+        if self.run_result == "firmware_restart":
+            self._send_protected("klippy:firmware_restart")
+        self._send_protected("klippy:disconnect")
+        return self.run_result
+
+    def load(self):
+        """Read the config and make all objects.  Raises ConfigError."""
+        pconfig = self.objects["configfile"]
+        config = pconfig.read_main_config()
+        if self.bglogger is not None:
+            pconfig.log_config(config)
+        self.loader.load_all(config)
+
+    def _connect(self, eventtime):
+        try:
+            self.load()
+            for event in ("klippy:mcu_identify", "klippy:connect"):
+                for callback in list(self.event_handlers.get(event, ())):
+                    if self.state != "startup":
+                        return
+                    callback()
+        except ConfigError as err:
+            self._fail_start(err, HINT_CONFIG)
+        except McuError as err:
+            self._fail_start(err, HINT_MCU)
+            self._send_protected("klippy:notify_mcu_error", str(err),
+                                 {"error": str(err)})
+        except PrinterError as err:
+            self._fail_start(err, HINT_CONFIG)
+        else:
+            self._announce_ready()
+
+    def _fail_start(self, err, hint):
+        logging.error("the printer cannot start:\n%s", err)
+        self.load_errors = err.errors if isinstance(err, ConfigErrors) else [err]
+        self._set_state("error", "%s\n%s" % (err, hint))
+
+    def _announce_ready(self):
+        self._set_state("ready", MESSAGE_READY)
+        for callback in list(self.event_handlers.get("klippy:ready", ())):
+            if self.state != "ready":
+                return
+            callback()
+
+    # Shutdown and end
+
+    def invoke_shutdown(self, msg, details=None):
+        """Stop the printer at once.  details: more facts for the analysis."""
+        if self.in_shutdown_state:
+            return
+        details = details or {}
+        logging.error("the printer shuts down: %s", msg)
+        self.in_shutdown_state = True
+        if self.state == "error":
+            self.state = "startup"
+        self._set_state("shutdown", "%s\n%s" % (msg, HINT_SHUTDOWN))
+        self._send_protected("klippy:shutdown")
+        logging.info("times of the shutdown: eventtime %.6f",
+                     self.reactor.monotonic())
+        self.reactor.register_callback(
+            lambda eventtime: self._send_protected("klippy:analyze_shutdown", msg,
+                                                   details))
+
+    def invoke_async_shutdown(self, msg, details=None):
+        """As invoke_shutdown(), from any thread."""
+        self.reactor.register_async_callback(
+            lambda eventtime: self.invoke_shutdown(msg, details))
+
+    def _handle_internal_error(self, err):
+        """A callback of the reactor raised."""
+        if self.state == "startup":
+            self._set_state("error", "%s\n%s" % (_describe(err), HINT_INTERNAL))
+        self.invoke_shutdown(_describe(err))
+
+    def request_exit(self, result):
+        """Have run() return result; the first one asked for counts."""
+        if self.run_result is None:
+            self.run_result = result
+        self.reactor.end()
+
+
+def _describe(err):
+    if isinstance(err, PrinterError):
+        return str(err)
+    return "Internal error: %s: %s" % (type(err).__name__, err)
+
+
