@@ -16,6 +16,12 @@ THERMAL_PERIOD = 0.1
 CLOCK_SIGMA_PPM = 15.0
 
 
+def read_seed(sections):
+    """Seed of the [simulator] section of {section: {option: text}}."""
+    config = settings.MachineConfig(sections)
+    return settings.SimOptions.from_config(config).seed
+
+
 class SimMachine:
     """What `printer.get_start_args()["machine"]` is on a simulated printer."""
 

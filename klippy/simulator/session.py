@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A whole simulated run: world, machine, printer, job, summary and report."""
-import logging
 import os
-import tempfile
 import time
 from dataclasses import dataclass
 
@@ -11,9 +9,9 @@ from klippy.simulator import job as job_module
 from klippy.simulator import machine as machine_module
 from klippy.simulator import progress, recorder, report, summary
 
-# Sections that a job needs, with what to write when the config lacks them.
-IMPLICIT_SECTIONS = {"virtual_sdcard": "path: %s", "pause_resume": "",
-                     "display_status": "", "exclude_object": ""}
+# Sections that a job needs, added when the config lacks them.
+IMPLICIT_SECTIONS = ("virtual_sdcard", "pause_resume", "display_status",
+                     "exclude_object")
 EXIT_RESULTS = ("exit", "error_exit")
 
 
@@ -46,12 +44,8 @@ class SimSession:
         self._check_files()
         if self.options.report:
             report.load_plotting()
-        with tempfile.TemporaryDirectory(prefix="klippy-sim-") as folder:
-            sections = load_sections(self.options.config)
-            config = write_config(
-                folder, self.options.config, self.options.job, sections)
-            self._build_machine(sections)
-            self._run_printer(config)
+        self._build_machine(load_sections(self.options.config))
+        self._run_printer()
         return 0 if self.result is not None and self.result.is_ok else 1
 
     def _check_files(self):
@@ -73,7 +67,7 @@ class SimSession:
             heaters = [h.name for h in self.machine.thermal.heaters]
             self.recorder = recorder.Recorder(self.machine, heaters)
 
-    def _run_printer(self, config):
+    def _run_printer(self):
         """Run printers until one exits; RESTART starts the next."""
         from klippy.printer import Printer
         from klippy.reactor import Reactor
@@ -82,7 +76,7 @@ class SimSession:
             if self.options.speed:
                 self.reactor.set_pace(self.options.speed)
             self.printer = Printer(
-                self.reactor, None, self._make_start_args(config, reason))
+                self.reactor, None, self._make_start_args(reason))
             if self.result is None:
                 job_module.SimJob(self.printer, self.machine, self.options.job,
                                   self.display, self.recorder, self._finish)
@@ -92,8 +86,12 @@ class SimSession:
             self.reactor.finalize()
             self.reactor = Reactor(self.world)
 
-    def _make_start_args(self, config, reason):
-        args = {"config_file": config, "start_reason": reason,
+    def _make_start_args(self, reason):
+        folder = os.path.dirname(os.path.abspath(self.options.job))
+        implicit = {name: {} for name in IMPLICIT_SECTIONS}
+        implicit["virtual_sdcard"] = {"path": folder}
+        args = {"config_file": os.path.abspath(self.options.config),
+                "start_reason": reason, "implicit_sections": implicit,
                 "machine": self.machine, "log_file": self.options.log_file}
         if self.options.api_server:
             args["apiserver"] = self.options.api_server
@@ -117,21 +115,7 @@ class SimSession:
 
 
 def load_sections(path):
-    """{section: {option: text}} of a printer.cfg with its includes."""
-    from klippy.configfile import read_sections
-    return read_sections(path)
-
-
-def write_config(folder, config, job, sections):
-    """Config that includes the user's own and adds what a job needs."""
-    lines = ["[include %s]" % os.path.abspath(config)]
-    for name, text in IMPLICIT_SECTIONS.items():
-        if name not in sections:
-            lines += ["[%s]" % name]
-            lines += [text % os.path.dirname(os.path.abspath(job))
-                      if "%s" in text else text]
-    path = os.path.join(folder, "printer.cfg")
-    with open(path, "w", encoding="utf-8") as f:
-        f.write("\n".join(lines) + "\n")
-    logging.info("Simulated printer: %s with %s", config, lines[1:])
-    return path
+    """{section: {option: text}} of a printer.cfg with all it includes."""
+    from klippy.configtext import ConfigReader
+    store = ConfigReader().read(path)
+    return {name: dict(store.items(name)) for name in store.sections()}
