@@ -38,7 +38,7 @@ def run(args):
 
 def run_session(args, config, job):
     """Simulate a job with the common options; returns the exit status."""
-    from klippy.simulator.session import SessionOptions, SimSession
+    from klippy.cli.simsession import SessionOptions, SimSession
     setup_log(args.log)
     options = SessionOptions(
         config=config, job=job, speed=args.speed, seed=args.seed,
