@@ -3,7 +3,8 @@
 # tables, compile, link.  Run by src/firmware.mk with OUT= and PYTHON=.
 #
 # A port's src/<family>/port.mk sets, for what differs:
-#   CROSS_PREFIX  port-src (its sources)  PORT_CFLAGS  PORT_LDFLAGS  PORT_LIBS
+#   CROSS_PREFIX  port-src (its sources)
+#   LTO_FLAGS  PORT_CFLAGS  PORT_LDFLAGS  PORT_LIBS
 #   PORT_OUTPUTS (what `all` makes; default klipper.elf)  FLASH_HINT (one line)
 # and src/<family>/rules.mk holds its rules (flash:, further outputs), where
 # $(objects) may be a prerequisite.
@@ -14,6 +15,7 @@ BOARD := $(CONFIG_BOARD_DIRECTORY)
 CROSS_PREFIX :=
 PORT_OUTPUTS := $(OUT)klipper.elf
 PORT_LDFLAGS := -fwhole-program
+LTO_FLAGS := -flto=auto
 FLASH_HINT := this target has nothing to flash
 all: firmware-report
 
@@ -28,7 +30,7 @@ CPPFLAGS_ALL := -Isrc -Isrc/$(BOARD) -I$(OUT) -include $(OUT)autoconf.h
 CFLAGS_ALL := -std=gnu11 $(OPT) -g -Wall -Wextra -Wshadow -Wconversion \
   -Wno-sign-conversion -Werror -Wold-style-definition -Wtype-limits \
   -ffunction-sections -fdata-sections -fno-delete-null-pointer-checks \
-  -flto=auto -fno-use-linker-plugin $(PORT_CFLAGS) $(EXTRA_CFLAGS)
+  $(LTO_FLAGS) $(PORT_CFLAGS) $(EXTRA_CFLAGS)
 LDFLAGS_ALL := $(CFLAGS_ALL) $(PORT_LDFLAGS) -Wl,--gc-sections
 
 sources := $(src-y) $(port-src)

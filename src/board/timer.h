@@ -22,10 +22,9 @@ void timer_kick(uint32_t clock);
 
 /* What the port's timer interrupt does:
  *   next = sched_run_timer();
- * again while `next` is due or too near to program; then programs `next`.  After
- * a burst without an end (TIMER_BURST_US suggested 100) it lets tasks run for
- * a moment; if `next` is then more than about 1 ms in the past it calls
- * sched_shutdown_late(). */
+ * again while `next` is due or too near to program; then programs `next`.
+ * After a long burst (about 100 us) it lets tasks run for a moment; if `next` is
+ * then more than about 1 ms in the past it calls sched_shutdown_late(). */
 
 /* --- The core provides --- */
 

@@ -7,6 +7,7 @@ every edge, and moves time only when told to.
 
 import ctypes
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -53,7 +54,12 @@ class Ops(C.Structure):
 
 
 def build_simulator(out="out/test-simulator/", extra=""):
-    """Bring the simulator firmware up to date; returns its .so."""
+    """Bring the simulator firmware up to date; returns its .so.
+
+    The environment's SIMULATOR_SO names another build to test instead.
+    """
+    if "SIMULATOR_SO" in os.environ:
+        return pathlib.Path(os.environ["SIMULATOR_SO"])
     subprocess.run(
         ["make", "-s", "firmware", "OUT=" + out, "PYTHON=" + sys.executable,
          "KCONFIG_CONFIG=test/configs/simulator.config",

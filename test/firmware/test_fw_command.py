@@ -4,16 +4,16 @@
 import json
 
 import pytest
-from simboard import ROOT, encode_int, frame
+from simboard import encode_int, frame
 
 
-def test_identify_serves_the_dictionary(board):
+def test_identify_serves_the_dictionary(board, simulator_so):
     config = board.dictionary["config"]
     assert config["CLOCK_FREQ"] == board.freq == 20000000
     assert config["MCU"] == "simulator"
     assert config["STATS_SUMSQ_BASE"] == 256
     assert board.dictionary["enumerations"]["pin"]["gpio0"] == [0, 256]
-    text = (ROOT / "out/test-simulator/klipper.dict").read_text()
+    text = simulator_so.with_name("klipper.dict").read_text()
     assert json.loads(text) == board.dictionary
 
 
