@@ -40,7 +40,7 @@ cdef class FileHandler:
 
 @cython.final
 cdef class FileEvent:
-    cdef object callback
+    cdef readonly object callback
 
 
 cdef class Reactor:
