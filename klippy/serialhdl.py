@@ -415,7 +415,8 @@ class SerialReader:
         if self.serialqueue is None:
             return []
         lines = []
-        for title, blocks in zip(("sent", "received"), self.serialqueue.dump_debug()):
+        sent, received = self.serialqueue.dump_debug()
+        for title, blocks in (("sent", sent), ("received", received)):
             lines.append("%s%d last blocks %s" % (self.warn_prefix, len(blocks), title))
             for i, (data, time) in enumerate(blocks):
                 lines.append("%s %d %.6f: %s" % (

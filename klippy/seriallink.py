@@ -47,9 +47,9 @@ def is_socket(path):
     return path.startswith(SOCKET_SCHEMES)
 
 
-def has_baud(path):
-    """True if path can be a serial port that has a speed to set."""
-    return not is_socket(path) and not path.startswith(FILE_PREFIXES)
+def is_terminal(path):
+    """True for a pseudo terminal or channel, which has no speed to set."""
+    return path.startswith(FILE_PREFIXES)
 
 
 def open_uart(path, baud, rts=True):

@@ -20,8 +20,7 @@ class Connection:
             self.canbus_interface = config.get("canbus_interface", "can0")
             return
         self.path = config.get("serial")
-        if seriallink.has_baud(self.path):
-            self.baud = config.getint("baud", DEFAULT_BAUD, minval=MIN_BAUD)
+        self.baud = config.getint("baud", DEFAULT_BAUD, minval=MIN_BAUD)
 
     def is_fileoutput(self):
         """True if commands go to a file."""
@@ -42,10 +41,10 @@ class Connection:
             serial.connect_canbus(self.canbus_uuid, 0, self.canbus_interface)
         elif seriallink.is_socket(self.path):
             serial.connect_remote(self.path)
-        elif self.baud:
-            serial.connect_uart(self.path, self.baud, rts)
-        else:
+        elif seriallink.is_terminal(self.path):
             serial.connect_pipe(self.path)
+        else:
+            serial.connect_uart(self.path, self.baud, rts)
 
     def _open_file(self, serial):
         path = self._find_dictionary()

@@ -10,7 +10,6 @@ class FaultWatch:
     def __init__(self, mcu):
         self._mcu = mcu
         self._printer = mcu.get_printer()
-        self._reactor = self._printer.get_reactor()
         self.is_shutdown = False
         self.is_timeout = False
         self.shutdown_clock = 0
@@ -73,5 +72,4 @@ class FaultWatch:
 
     def _invoke(self, message, details):
         """Shut the printer down, from any thread."""
-        self._reactor.register_async_callback(
-            lambda eventtime: self._printer.invoke_shutdown(message, details))
+        self._printer.invoke_async_shutdown(message, details)

@@ -48,7 +48,7 @@ class MCU:
             method = config.getchoice("restart_method", METHODS, None)
         self._clocksync = clock_sync
         self._serial = serialhdl.SerialReader(self._reactor, self._name)
-        self._restart = McuRestart(self, method, self._connection.path)
+        self._restart = McuRestart(self, method, self._connection)
         self._faults = FaultWatch(self)
         self._stats = McuStats(self)
         self._config = ConfigPhase(self._name)
@@ -65,6 +65,7 @@ class MCU:
                 ("klippy:connect", self._handle_connect),
                 ("klippy:ready", self._handle_ready),
                 ("klippy:shutdown", self._handle_shutdown),
+                ("klippy:analyze_shutdown", self._handle_analyze),
                 ("klippy:disconnect", self.disconnect),
                 ("klippy:firmware_restart", self._handle_firmware_restart)):
             printer.register_event_handler(event, handler)
@@ -110,15 +111,18 @@ class MCU:
         """Connect, read the dictionary, start the clock."""
         try:
             self._connection.open(
-                self._serial, rts=self._restart._method != "cheetah")
+                self._serial, rts=self._restart.method != "cheetah")
             if self.is_fileoutput():
                 self._clocksync.connect_file(self._serial)
             else:
                 self._clocksync.connect(self._serial)
-        except McuError as err:
-            self._report_error("connect", str(err))
+            self._note_identified()
+        except msgproto.error as err:
+            self._note_error("protocol", err)
             raise
-        self._note_identified()
+        except McuError as err:
+            self._note_error("connect", err)
+            raise
 
     def _note_identified(self):
         parser = self._serial.get_msgparser()
@@ -170,7 +174,7 @@ class MCU:
                                    % (self._name,))
                 self._send_config(True, config_params["crc"])
         except msgproto.error as err:
-            self._report_error("protocol", str(err))
+            self._note_error("protocol", err)
             raise
         self._is_configured = True
         machine = self._connection.get_machine()
@@ -409,11 +413,10 @@ class MCU:
         self._clocksync.disconnect()
         self._serial.disconnect()
 
-    def _report_error(self, event_type, text):
-        logging.error("mcu '%s': %s", self._name, text)
+    def _note_error(self, event_type, err):
         self._printer.send_event(
-            "klippy:notify_mcu_error", text,
-            {"mcu": self._name, "reason": text, "event_type": event_type})
+            "klippy:notify_mcu_error", str(err),
+            {"mcu": self._name, "reason": str(err), "event_type": event_type})
 
     # Reports
 
@@ -428,7 +431,7 @@ class MCU:
         text = self._stats.collect(eventtime, self._serial, self._clocksync)
         return False, "%s: %s" % (self._name, text)
 
-    def log_debug(self):
+    def _handle_analyze(self, message, details):
         """Log what led to a shutdown."""
         logging.info("mcu '%s': %s", self._name, self._clocksync.dump_debug())
         logging.info("%s", "\n".join(self._serial.dump_debug()))
@@ -455,3 +458,4 @@ def add_printer_objects(config):
     for section in config.get_prefix_sections("mcu "):
         sync = clocksync.SecondarySync(reactor, main_sync)
         printer.add_object(section.get_name(), MCU(section, sync))
+    printer.load_object(config, "error_mcu")

@@ -19,17 +19,17 @@ REBOOT_TIME = 2.
 class McuRestart:
     """Restarts one mcu the way its config asks for."""
 
-    def __init__(self, mcu, method, port):
+    def __init__(self, mcu, method, connection):
         self._mcu = mcu
-        self._method = method
-        self._port = port
+        self.method = method
+        self._connection = connection
         self._reactor = mcu.get_printer().get_reactor()
         self._commands = ()
 
     @property
     def uses_usb_power(self):
         """True if the restart switches the power of all USB devices."""
-        return self._method == "rpi_usb"
+        return self.method == "rpi_usb"
 
     def lookup_commands(self):
         """Find the reset commands of the identified firmware."""
@@ -46,9 +46,11 @@ class McuRestart:
 
         Raises McuError if the way is not open.
         """
-        method = self._method
+        method = self.method
         if method is None:
             method = "command" if self.has_command() else "arduino"
+        if method != "command" and self._connection.get_machine() is not None:
+            method = "power"
         logging.info("mcu '%s': restart by %s", self._mcu.get_name(), method)
         getattr(self, "_run_" + method)()
 
@@ -67,6 +69,11 @@ class McuRestart:
         command.send()
         self._pause(SETTLE_TIME)
         self._mcu.disconnect()
+
+    def _run_power(self):
+        """Switch a simulated mcu off and on."""
+        self._mcu.disconnect()
+        self._connection.get_machine().open_link(self._mcu.get_name()).reset()
 
     def _run_arduino(self):
         """Pulse DTR, which resets an Arduino."""
@@ -105,11 +112,11 @@ class McuRestart:
     def _open_port(self, baud):
         try:
             port = serial.Serial(baudrate=baud, timeout=0, exclusive=True)
-            port.port = self._port
+            port.port = self._connection.path
             port.open()
         except (OSError, serial.SerialException) as err:
             raise McuError("Unable to restart mcu '%s' by its port '%s': %s"
-                           % (self._mcu.get_name(), self._port, err))
+                           % (self._mcu.get_name(), self._connection.path, err))
         return port
 
     def _pause(self, seconds):
