@@ -58,7 +58,14 @@ class CommandError(PrinterError):
 
 
 class McuError(PrinterError):
-    """A micro-controller, or the link to it, fails."""
+    """A micro-controller, or the link to it, fails.
+
+    details: facts for the advice that is shown (mcu, event_type, reason).
+    """
+
+    def __init__(self, message="", details=None):
+        super().__init__(message)
+        self.details = details
 
 
 class ShutdownError(PrinterError):

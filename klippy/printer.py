@@ -268,6 +268,15 @@ class Printer:
             if state != "ready" and self.start_args.get("debuginput") is not None:
                 self.request_exit("error_exit")
 
+    def update_error_msg(self, old_message, message):
+        """Replace the message of an error or shutdown by a better one.
+
+        Nothing happens if old_message is not what the state is about.
+        """
+        if (self.state in ("error", "shutdown")
+                and self.state_message.startswith(old_message)):
+            self.state_message = message
+
     def set_rollover_info(self, name, info, log=True):
         """Log info, and again at the start of each new log file."""
         if log and info is not None:
@@ -310,7 +319,7 @@ class Printer:
         except McuError as err:
             self._fail_start(err, HINT_MCU)
             self._send_protected("klippy:notify_mcu_error", str(err),
-                                 {"error": str(err)})
+                                 err.details or {"error": str(err)})
         except PrinterError as err:
             self._fail_start(err, HINT_CONFIG)
         else:

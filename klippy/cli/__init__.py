@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line: `klippy run|simulate|demo|check|console|dump`.
+
+Each module of this package is a sub-command of its name, with
+add_arguments(parser), run(options) -> exit status and maybe HELP.  Arguments
+that do not start with a sub-command are those of `run`.
+"""
+
+import argparse
+import importlib
+import pkgutil
+import sys
+
+DEFAULT_COMMAND = "run"
+
+
+def find_command(name):
+    """The module of a sub-command, None if there is none of that name."""
+    if name not in {info.name for info in pkgutil.iter_modules(__path__)}:
+        return None
+    module = importlib.import_module("klippy.cli." + name)
+    return module if hasattr(module, "add_arguments") else None
+
+
+def list_commands():
+    """Names and modules of the sub-commands."""
+    names = sorted(info.name for info in pkgutil.iter_modules(__path__))
+    found = [(name, find_command(name)) for name in names]
+    return [(name, module) for name, module in found if module is not None]
+
+
+def read_help(module):
+    """One line about a sub-command."""
+    text = getattr(module, "HELP", None) or (module.__doc__ or "").strip()
+    first = text.split("\n")[0]
+    return first.partition(": ")[2].rstrip(".") if first.startswith("`") else first
+
+
+def print_help():
+    """Print what there is."""
+    print("usage: klippy <command> [options]      (klippy <command> --help)")
+    print("       klippy printer.cfg [options]    the same as klippy run\n")
+    for name, module in list_commands():
+        print("  %-10s %s" % (name, read_help(module)))
+
+
+def main(argv=None):
+    """Run a command line (default: the process's); returns the exit status."""
+    argv = list(sys.argv[1:] if argv is None else argv)
+    if argv[:1] in (["--help"], ["-h"], ["help"]) or not argv:
+        print_help()
+        return 0 if argv else 2
+    name, module = argv[0], find_command(argv[0])
+    if module is None:
+        name, module = DEFAULT_COMMAND, find_command(DEFAULT_COMMAND)
+    else:
+        argv.pop(0)
+    parser = argparse.ArgumentParser(prog="klippy " + name,
+                                     description=read_help(module))
+    module.add_arguments(parser)
+    return module.run(parser.parse_args(argv)) or 0

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`klippy check`: loads a printer.cfg without hardware and prints all errors."""
+
+import logging
+import sys
+
+from klippy import plugins
+from klippy.errors import ConfigError, ConfigErrors
+from klippy.printer import Printer
+from klippy.reactor import Reactor
+
+HELP = "load a printer.cfg without hardware and print all errors"
+
+
+def add_arguments(parser):
+    """Declare the command line."""
+    parser.add_argument("config", help="printer.cfg")
+    parser.add_argument("-v", dest="verbose", action="store_true",
+                        help="log what the modules say")
+
+
+def check(path):
+    """Load a config.  Returns (list of ConfigErrors, list of warnings)."""
+    from klippy_ext.vworld import VirtualWorld
+    plugins.install()
+    reactor = Reactor(VirtualWorld())
+    printer = Printer(reactor, None, {
+        "config_file": path, "debugoutput": "/dev/null", "dictionary": {},
+        "start_reason": "check"})
+    try:
+        printer.load()
+        errors = []
+    except ConfigErrors as err:
+        errors = err.errors
+    except ConfigError as err:
+        errors = [err]
+    warnings = printer.lookup_object("configfile").warnings
+    printer.send_event("klippy:disconnect")
+    reactor.finalize()
+    return errors, [warning["message"] for warning in warnings]
+
+
+def run(options):
+    """Carry out a parsed command line; returns the exit status."""
+    logging.basicConfig(level=logging.INFO if options.verbose else logging.CRITICAL)
+    errors, warnings = check(options.config)
+    for text in warnings:
+        print("warning: %s" % (text,))
+    for err in errors:
+        print("error: %s" % (err,), file=sys.stderr)
+    if errors:
+        print("%s: %d error(s)" % (options.config, len(errors)), file=sys.stderr)
+        return 1
+    print("%s: no errors" % (options.config,))
+    return 0

@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`klippy run`: the daemon that drives a printer, or a batch run.
+
+With -o the commands for the mcus go to files, in virtual time.
+"""
+
+import gc
+import importlib
+import logging
+import os
+import pkgutil
+import sys
+
+from klippy import gcode_io, plugins, queuelogger, sysinfo
+from klippy.printer import Printer
+from klippy.reactor import Reactor
+
+HELP = "the daemon that drives a printer; with -i and -o a batch run"
+DEFAULT_TTY = "/tmp/printer"
+RESTART_PAUSE = 1.          # s between two printers
+
+
+def add_arguments(parser):
+    """Declare the historical command line."""
+    parser.add_argument("config", nargs="?", help="printer.cfg")
+    parser.add_argument("-i", "--debuginput", metavar="GCODE",
+                        help="read commands from a file, not from the tty")
+    parser.add_argument("-o", "--debugoutput", metavar="OUT",
+                        help="write the mcu's commands to a file")
+    parser.add_argument("-d", "--dictionary", metavar="[MCU=]DICT",
+                        action="append", default=[],
+                        help="dictionary for -o (klipper.dict)")
+    parser.add_argument("-l", "--logfile", metavar="LOG",
+                        help="write the log to a file")
+    parser.add_argument("-a", "--api-server", metavar="API_SOCKET",
+                        help="serve the API at a Unix socket")
+    parser.add_argument("-I", "--input-tty", metavar="TTY", default=DEFAULT_TTY,
+                        help="where to make the G-code tty (%(default)s)")
+    parser.add_argument("-v", dest="verbose", action="store_true",
+                        help="log debug messages")
+    parser.add_argument("-n", "--no-tty", action="store_true",
+                        help="make no G-code tty")
+    parser.add_argument("--rotate-log-at-restart", action="store_true",
+                        help="start the log anew at each restart")
+    parser.add_argument("--import-test", action="store_true",
+                        help="import all modules and exit")
+
+
+def run(options):
+    """Carry out a parsed command line; returns the exit status."""
+    plugins.install()
+    if options.import_test:
+        return test_imports()
+    if not options.config:
+        print("klippy run: name the printer.cfg (see klippy run --help)",
+              file=sys.stderr)
+        return 2
+    return Daemon(options).run()
+
+
+def test_imports():
+    """Import every module of the package; returns the exit status."""
+    failed = 0
+    for package in ("klippy.extras", "klippy.kinematics", "klippy"):
+        folders = importlib.import_module(package).__path__
+        for info in pkgutil.iter_modules(folders, package + "."):
+            if info.name == "klippy.__main__":
+                continue
+            try:
+                importlib.import_module(info.name)
+            except (ImportError, SyntaxError) as err:
+                print("importing %s failed: %s" % (info.name, err), file=sys.stderr)
+                failed += 1
+    return 1 if failed else 0
+
+
+def parse_dictionaries(texts):
+    """{mcu name: path} of `-d [MCU=]DICT` arguments; the main mcu is None."""
+    dictionaries = {}
+    for text in texts:
+        name, is_named, path = text.rpartition("=")
+        dictionaries[name.strip() if is_named else None] = path.strip()
+    return dictionaries
+
+
+class Daemon:
+    """Starts printers one after the other until one says to exit."""
+
+    def __init__(self, options):
+        self.options = options
+        self.is_batch = bool(options.debugoutput)
+        self.start_args = {}
+        self.bglogger = None
+
+    def run(self):
+        """Run until the end; returns the exit status."""
+        options = self.options
+        if options.debuginput and not os.path.exists(options.debuginput):
+            print("klippy run: there is no G-code file '%s'" % (options.debuginput,),
+                  file=sys.stderr)
+            return 2
+        if not self._open_log():
+            return 2
+        self._make_start_args()
+        try:
+            return self._run_printers()
+        finally:
+            if self.bglogger is not None:
+                self.bglogger.stop()
+
+    def _open_log(self):
+        level = logging.DEBUG if self.options.verbose else logging.INFO
+        if not self.options.logfile:
+            logging.basicConfig(level=level, format="%(message)s")
+            return True
+        try:
+            self.bglogger = queuelogger.setup_bg_logging(self.options.logfile, level)
+        except OSError as err:
+            print("klippy run: unable to write the log '%s': %s"
+                  % (self.options.logfile, err.strerror), file=sys.stderr)
+            return False
+        return True
+
+    def _make_start_args(self):
+        options, args = self.options, self.start_args
+        args["config_file"] = options.config
+        args["apiserver"] = options.api_server
+        args["start_reason"] = "startup"
+        args["log_file"] = options.logfile
+        args["software_version"] = sysinfo.get_version()
+        args["cpu_info"] = sysinfo.get_cpu_info()
+        if options.debuginput:
+            args["debuginput"] = options.debuginput
+        elif not options.no_tty and not self.is_batch:
+            args["gcode_fd"] = gcode_io.create_terminal(options.input_tty)
+            args["gcode_in"] = options.input_tty
+        if self.is_batch:
+            args["debugoutput"] = options.debugoutput
+            args["dictionary"] = parse_dictionaries(options.dictionary)
+
+    def _make_clock(self):
+        if self.is_batch:
+            from klippy_ext.vworld import VirtualWorld
+            return VirtualWorld()
+        from klippy_ext.hostclock import RealClock
+        return RealClock()
+
+    def _run_printers(self):
+        self._log_versions()
+        clock = self._make_clock()
+        while True:
+            reactor = Reactor(clock)
+            if self.is_batch and not self.options.debuginput:
+                reactor.set_pace(1.)
+            result = self._run_printer(reactor)
+            if result in ("exit", "error_exit"):
+                return 1 if result == "error_exit" else 0
+            reactor.pause(reactor.monotonic() + RESTART_PAUSE)
+            reactor.finalize()
+            logging.info("restarting the printer")
+            self.start_args["start_reason"] = result
+
+    def _run_printer(self, reactor):
+        if self.bglogger is not None:
+            self.bglogger.clear_rollover_info()
+            self.bglogger.set_rollover_info("versions", self._get_versions())
+        gc.collect()
+        printer = Printer(reactor, self.bglogger, self.start_args)
+        printer.register_event_handler("klippy:ready", freeze_objects)
+        try:
+            result = printer.run()
+        finally:
+            gc.unfreeze()
+        if result in ("exit", "error_exit"):
+            reactor.finalize()
+        return result
+
+    def _get_versions(self):
+        return "\n".join((
+            "Args: %s" % (sys.argv,), "Version: %s" % (
+                self.start_args["software_version"],),
+            "CPU: %s" % (self.start_args["cpu_info"],),
+            "Python: %r" % (sys.version,)))
+
+    def _log_versions(self):
+        logging.info("%s", self._get_versions())
+        for source in sysinfo.find_stale_modules():
+            logging.warning("'%s' is newer than its compiled form, which is used:"
+                            " build again", source)
+
+
+def freeze_objects():
+    """Keep the garbage collector from walking all that was loaded."""
+    gc.collect()
+    gc.freeze()
