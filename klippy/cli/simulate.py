@@ -3,6 +3,7 @@
 import logging
 import sys
 
+from klippy import plugins
 from klippy.errors import PrinterError
 
 HELP = "print a file on the simulated machine of a printer.cfg"
@@ -38,12 +39,14 @@ def run(args):
 
 def run_session(args, config, job):
     """Simulate a job with the common options; returns the exit status."""
-    from klippy.cli.simsession import SessionOptions, SimSession
+    from klippy.printer import Printer
+    from klippy.simulator.session import SessionOptions, SimSession
+    plugins.install()
     setup_log(args.log)
     options = SessionOptions(
         config=config, job=job, speed=args.speed, seed=args.seed,
         report=args.report, api_server=args.api_server, log_file=args.log)
-    session = SimSession(options, sys.stdout)
+    session = SimSession(options, sys.stdout, Printer)
     try:
         return session.run()
     except PrinterError as e:

@@ -5,6 +5,7 @@ import time
 from dataclasses import dataclass
 
 from klippy.errors import PrinterError
+from klippy.reactor import Reactor
 from klippy.simulator import job as job_module
 from klippy.simulator import machine as machine_module
 from klippy.simulator import progress, recorder, report, summary
@@ -31,8 +32,9 @@ class SessionOptions:
 class SimSession:
     """Runs one job; run() returns the process's exit status."""
 
-    def __init__(self, options, stream):
+    def __init__(self, options, stream, printer_class):
         self.options = options
+        self.printer_class = printer_class
         self.stream = stream
         self.display = progress.ProgressDisplay(stream)
         self.result = None
@@ -56,7 +58,6 @@ class SimSession:
     def _build_machine(self, sections):
         from klippy_ext.vworld import VirtualWorld
 
-        from klippy.reactor import Reactor
         seed = self.options.seed
         if seed is None:
             seed = machine_module.read_seed(sections)
@@ -69,13 +70,11 @@ class SimSession:
 
     def _run_printer(self):
         """Run printers until one exits; RESTART starts the next."""
-        from klippy.printer import Printer
-        from klippy.reactor import Reactor
         reason = "startup"
         while True:
             if self.options.speed:
                 self.reactor.set_pace(self.options.speed)
-            self.printer = Printer(
+            self.printer = self.printer_class(
                 self.reactor, None, self._make_start_args(reason))
             if self.result is None:
                 job_module.SimJob(self.printer, self.machine, self.options.job,
