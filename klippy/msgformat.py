@@ -17,7 +17,7 @@ FIELD_KINDS = {
 FIELD_RANGES = {
     "%u": (-0x80000000, 0xffffffff), "%i": (-0x80000000, 0xffffffff),
     "%hu": (0, 0xffff), "%hi": (-0x8000, 0x7fff), "%c": (0, 0xff)}
-OUTPUT_CODE = re.compile(r"%(?:\.\*s|\*s|hu|hi|[uics])")
+OUTPUT_CODE = re.compile(r"%(?:\.\*s|\*s|hu|hi|[uics%])?")
 
 
 class error(McuError):
@@ -158,7 +158,7 @@ class MessageFormat:
 
     def _name_values(self, params):
         """Replace enumerated values by their names."""
-        for field, enum in zip(self.fields, self.enums):
+        for field, enum in zip(self.fields, self.enums, strict=True):
             if enum is not None and field in params:
                 value = params[field]
                 names = [n for n, v in enum.items() if v == value]
@@ -175,8 +175,10 @@ class OutputFormat:
 
     def __init__(self, msgid, msgformat):
         self.msgid, self.msgformat, self.name = msgid, msgformat, "#output"
-        self.kinds = [FIELD_KINDS[code] for code in OUTPUT_CODE.findall(msgformat)]
-        self.text = OUTPUT_CODE.sub("%s", msgformat.replace("%%", "%%%%"))
+        self.kinds = [FIELD_KINDS[code] for code in OUTPUT_CODE.findall(msgformat)
+                      if code in FIELD_KINDS]
+        self.text = OUTPUT_CODE.sub(
+            lambda m: "%s" if m[0] in FIELD_KINDS else "%%", msgformat)
 
     def decode(self, data, pos, params):
         """As MessageFormat.decode(); the text goes to '#msg'."""

@@ -130,9 +130,9 @@ class MCU:
         if machine is not None:
             parser.fill_enumerations({"pin": machine.get_pin_map(self._name)})
         version, build_versions = parser.get_version_info()
+        constants = sorted(self.get_constants().items())
         logging.info("mcu '%s' firmware %s (%s), constants: %s", self._name, version,
-                     build_versions, " ".join(
-                         "%s=%s" % item for item in sorted(self.get_constants().items())))
+                     build_versions, " ".join("%s=%s" % item for item in constants))
         self._get_status_info = {
             "mcu_version": version, "mcu_build_versions": build_versions,
             "mcu_constants": self.get_constants()}

@@ -4,7 +4,6 @@
 from klippy import pins
 
 
-
 def is_reservation(value):
     """True for <use>, which keeps a pin from being used."""
     return value.startswith("<") and value.endswith(">")
