@@ -6,6 +6,9 @@ cdef int FIELD_UNSIGNED
 cdef int FIELD_BYTES
 
 
+@cython.locals(size=Py_ssize_t, byte=cython.uchar, value=cython.longlong)
+cpdef tuple get_int(bytes data, Py_ssize_t pos)
+cpdef bytes take_bytes(bytes data, Py_ssize_t pos, Py_ssize_t count)
 @cython.locals(shift=int)
 cpdef put_int(bytearray out, long long value)
 

@@ -55,6 +55,14 @@ def get_int(data, pos):
     return ((value + 0x80000000) & 0xffffffff) - 0x80000000, pos
 
 
+def take_bytes(data, pos, count):
+    """count bytes at data[pos].  Raises error if there are not so many."""
+    if not 0 <= count <= len(data) - pos:
+        raise error("Message is cut short: it has %d bytes, not %d, from byte %d: %s"
+                    % (len(data) - pos, count, pos, data.hex()))
+    return data[pos:pos + count]
+
+
 class MessageFormat:
     """A command or response of the dictionary.
 
@@ -76,8 +84,9 @@ class MessageFormat:
             self.fields.append(field)
             self.codes.append(code)
             self.kinds.append(FIELD_KINDS[code])
-            self.enums.append(find_enumeration(field, enumerations))
-            self.has_enums = self.has_enums or self.enums[-1] is not None
+            enum = find_enumeration(field, enumerations)
+            self.enums.append(enum)
+            self.has_enums = self.has_enums or enum is not None
         self._header = bytearray()
         put_int(self._header, msgid)
 
@@ -142,12 +151,8 @@ class MessageFormat:
             value, pos = get_int(data, pos)
             kind = self.kinds[i]
             if kind == FIELD_BYTES:
-                end = pos + value
-                if value < 0 or end > len(data):
-                    raise error("Message '%s' is cut short: %s"
-                                % (self.name, data.hex()))
-                params[self.fields[i]] = data[pos:end]
-                pos = end
+                params[self.fields[i]] = take_bytes(data, pos, value)
+                pos += value
             elif kind == FIELD_UNSIGNED:
                 params[self.fields[i]] = value & 0xffffffff
             else:
@@ -186,7 +191,7 @@ class OutputFormat:
         for kind in self.kinds:
             value, pos = get_int(data, pos)
             if kind == FIELD_BYTES:
-                values.append(format_value(data[pos:pos + value]))
+                values.append(take_bytes(data, pos, value).hex())
                 pos += value
             else:
                 values.append(value & 0xffffffff if kind else value)
@@ -196,21 +201,6 @@ class OutputFormat:
     def format_params(self, params):
         """The message as text."""
         return "#output %s" % (params["#msg"],)
-
-
-class UnknownFormat:
-    """Stands for a message id that the dictionary lacks."""
-
-    msgid, name, msgformat = -1, "#unknown", ""
-
-    def decode(self, data, pos, params):
-        """Takes all the rest: where the message ends is not known."""
-        params["#msg"] = data
-        return len(data)
-
-    def format_params(self, params):
-        """The message as text."""
-        return "#unknown %s" % (params["#msg"].hex(),)
 
 
 def format_value(value):

@@ -9,7 +9,7 @@ cdef class MessageParser:
     cdef public dict messages_by_name
     cdef public dict messages_by_format
     cdef public dict messages_by_id
-    cdef object _unknown
+    @cython.locals(start=Py_ssize_t)
     cpdef Py_ssize_t decode_message(self, bytes data, Py_ssize_t pos,
                                     dict params) except -1
     @cython.locals(pos=Py_ssize_t, size=Py_ssize_t, params=dict, result=list)

@@ -12,7 +12,6 @@ import zlib
 from klippy.msgformat import (
     MessageFormat,
     OutputFormat,
-    UnknownFormat,
     error,
     get_int,
 )
@@ -65,6 +64,11 @@ def expand_enumeration(values):
     return result
 
 
+def take_payload(block):
+    """What a whole block carries."""
+    return bytes(block)[2:len(block) - 3]
+
+
 class MessageParser:
     """Formats, enumerations and constants of one mcu's firmware."""
 
@@ -80,7 +84,6 @@ class MessageParser:
         self._constants = {}
         self._raw_data = b""
         self.version = self.build_versions = self.app = self.license = ""
-        self._unknown = UnknownFormat()
         self._add_messages(IDENTIFY_MESSAGES)
 
     # Reading the dictionary
@@ -232,8 +235,13 @@ class MessageParser:
 
         '#name' is set too.  Returns the position behind it.
         """
+        start = pos
         msgid, pos = get_int(data, pos)
-        message = self.messages_by_id.get(msgid, self._unknown)
+        message = self.messages_by_id.get(msgid)
+        if message is None:
+            # where it ends is not known: it takes all the rest
+            params["#name"], params["#msg"] = "#unknown", data[start:]
+            return len(data)
         params["#name"] = message.name
         return message.decode(data, pos, params)
 
@@ -257,14 +265,14 @@ class MessageParser:
     def parse(self, block):
         """The first message of a whole block."""
         params = {}
-        self.decode_message(bytes(block[2:-3]), 0, params)
+        self.decode_message(take_payload(block), 0, params)
         return params
 
     def format_params(self, params):
         """Text of a decoded message."""
         name = params["#name"]
         if name == "#unknown":
-            return self._unknown.format_params(params)
+            return "#unknown %s" % (params["#msg"].hex(),)
         if name == "#output":
             return "#output %s" % (params["#msg"],)
         return self.messages_by_name[name].format_params(params)
@@ -275,8 +283,7 @@ class MessageParser:
 
     def dump(self, block):
         """Text lines that describe a whole block."""
-        block = bytes(block)
-        return ["seq: %02x" % (block[1],)] + self.dump_payload(block[2:-3])
+        return ["seq: %02x" % (block[1],)] + self.dump_payload(take_payload(block))
 
     def check_packet(self, data):
         """Size of the block at the start of data, 0: incomplete, < 0: skip."""

@@ -93,7 +93,7 @@ def test_output_and_unknown_messages():
     parser = make_parser()
     params = parser.parse_payload(bytes((30, 5, 2, 0xab, 0xcd)))[0]
     assert params == {"#name": "#output", "#msg": "value 5 of abcd is 100%, 5%"}
-    assert parser.dump_payload(bytes((77, 1))) == ["#unknown 01"]
+    assert parser.dump_payload(bytes((77, 1))) == ["#unknown 4d01"]
 
 
 def test_truncated_message_is_dropped_but_not_what_precedes():
