@@ -56,25 +56,23 @@ def install():
         sys.meta_path.insert(0, AliasFinder())
 
 
-def add_folder(path):
-    """Search a folder for extras before the built-in ones.
+def add_folder(package, path):
+    """Search a folder for a package's modules before its own folders.
 
     Raises FileNotFoundError if there is no such folder.
     """
-    import klippy.extras
     folder = pathlib.Path(path).expanduser().resolve()
     if not folder.is_dir():
         raise FileNotFoundError("the plug-in folder '%s' does not exist" % (folder,))
-    if str(folder) not in klippy.extras.__path__:
-        klippy.extras.__path__.insert(0, str(folder))
+    if str(folder) not in package.__path__:
+        package.__path__.insert(0, str(folder))
 
 
-def log_shadowing(module):
-    """Log when an extra from a user's file hides a built-in one."""
-    import klippy.extras
+def log_shadowing(module, builtin_folders):
+    """Log when a module from a user's file hides one of the built-in folders."""
     source = pathlib.Path(module.__spec__.origin or "")
     name = module.__name__.rpartition(".")[2]
-    for folder in klippy.extras.BUILTIN_PATHS:
+    for folder in builtin_folders:
         builtin = pathlib.Path(folder, name + ".py")
         if builtin.exists() and source.parent != builtin.parent:
             logging.warning("'%s' is used in place of the built-in '%s'",

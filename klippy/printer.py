@@ -112,7 +112,7 @@ class SectionLoader:
             logging.exception("importing '%s' failed", full_name)
             raise ConfigError("the module of section [%s] cannot be imported: %s"
                               % (name, err))
-        plugins.log_shadowing(module)
+        plugins.log_shadowing(module, klippy.extras.BUILTIN_PATHS)
         return module
 
     @staticmethod

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""SAVE_CONFIG: what it writes, that it can be read, and that nothing is lost."""
+
+import datetime
+import os
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from klippy.configsave import build_file, comment_out, write_with_backup
+from klippy.configtext import ConfigReader
+
+NOW = datetime.datetime(2026, 11, 23, 16, 5, 9)
+MAIN = """# my printer
+[extruder]
+control: pid   # keep
+pid_kp: 1
+points:
+  1, 2
+
+  3, 4
+# a remark
+max: 5
+[include more.cfg]
+[fan]
+pid_kp: 2
+"""
+
+
+def read_back(tmp_path, text):
+    path = tmp_path / "p.cfg"
+    path.write_bytes(text.encode("utf-8", "surrogateescape"))
+    return ConfigReader().read(str(path))
+
+
+def test_conflicting_options_become_comments():
+    lines = comment_out("p.cfg", MAIN.split("\n"),
+                        {("extruder", "pid_kp"), ("extruder", "points")})
+    changed = [line for line in lines if line not in MAIN.split("\n")]
+    assert changed == ["#pid_kp: 1", "#points:", "#  1, 2", "#  3, 4"]
+    assert "# a remark" in lines and "pid_kp: 2" in lines
+
+
+def test_written_values_are_read_back(tmp_path):
+    (tmp_path / "more.cfg").write_text("[x]\n")
+    saved = {"extruder": {"pid_kp": "22.1"},
+             "bed_mesh default": {"points": "\n0.1, 0.2\n0.3, 0.4", "n": "3"}}
+    store = read_back(tmp_path, build_file("p.cfg", MAIN, saved))
+    assert store.get("extruder", "pid_kp") == "22.1"
+    assert store.get("extruder", "control") == "pid"
+    assert store.get("bed_mesh default", "points") == "\n0.1, 0.2\n0.3, 0.4"
+    assert store.get("fan", "pid_kp") == "2" and store.warnings == []
+
+
+def test_saving_again_replaces_the_block():
+    once = build_file("p.cfg", MAIN, {"fan": {"a": "1"}})
+    twice = build_file("p.cfg", once, {"fan": {"a": "2"}})
+    assert once.count("SAVE_CONFIG") == twice.count("SAVE_CONFIG") == 1
+    assert build_file("p.cfg", twice, {"fan": {"a": "1"}}) == once
+    assert build_file("p.cfg", twice, {}) == MAIN
+
+
+def test_line_ends_and_foreign_bytes_stay():
+    text = "[a]\r\nx: 1 # \udcff\r\n"
+    result = build_file("p.cfg", text, {"b": {"y": "2"}})
+    assert result.startswith(text) and "\n" not in result.replace("\r\n", "")
+
+
+@given(st.dictionaries(
+    st.from_regex(r"[a-z]{1,5}( [a-z0-9]{1,4})?", fullmatch=True),
+    st.dictionaries(st.from_regex(r"[a-z_]{1,6}", fullmatch=True),
+                    st.from_regex(r"[0-9a-z][0-9a-z.,\- ]{0,9}[0-9a-z](\n[0-9a-z]+){0,3}",
+                                  fullmatch=True), min_size=1), max_size=4))
+def test_any_values_survive(tmp_path_factory, saved):
+    saved.pop("include", None)
+    saved = {k: v for k, v in saved.items() if not k.startswith("include")}
+    folder = tmp_path_factory.getbasetemp()
+    store = read_back(folder, build_file("p.cfg", "[z9]\nx: 1\n", saved))
+    found = {name: dict(store.items(name)) for name in store.sections()}
+    found.pop("z9")
+    assert found == saved
+
+
+def test_old_file_stays_as_dated_backup(tmp_path):
+    path = tmp_path / "printer.cfg"
+    path.write_text("old")
+    os.chmod(path, 0o640)
+    write_with_backup(path, "new", NOW)
+    assert path.read_text() == "new"
+    assert (tmp_path / "printer-20261123_160509.cfg").read_text() == "old"
+    assert path.stat().st_mode & 0o777 == 0o640
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_link_to_the_config_stays_a_link(tmp_path):
+    (tmp_path / "real.cfg").write_text("old")
+    (tmp_path / "printer.cfg").symlink_to(tmp_path / "real.cfg")
+    write_with_backup(tmp_path / "printer.cfg", "new", NOW)
+    assert (tmp_path / "printer.cfg").is_symlink()
+    assert (tmp_path / "real.cfg").read_text() == "new"
+
+
+@pytest.mark.parametrize("n_good", range(6))
+def test_failure_at_any_step_leaves_old_or_new(tmp_path, monkeypatch, n_good):
+    path = tmp_path / "printer.cfg"
+    path.write_text("old")
+    calls = []
+
+    def failing(func):
+        def call(*args, **kwargs):
+            calls.append(func)
+            if len(calls) > n_good:
+                raise OSError(28, "No space left on device")
+            return func(*args, **kwargs)
+        return call
+    for name in ("fsync", "replace", "chmod"):
+        monkeypatch.setattr(os, name, failing(getattr(os, name)))
+    try:
+        write_with_backup(path, "new", NOW)
+    except OSError:
+        pass
+    assert path.read_text() in ("old", "new")
+    assert n_good < 5 or path.read_text() == "new"
