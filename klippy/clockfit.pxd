@@ -7,8 +7,9 @@ cdef class ClockFit:
     cdef public double nominal_freq, freq, start_time, start_clock
     cdef public double mean_time, mean_residual
     cdef public double weight, variance, covariance, prior
-    cdef public double min_rtt, error
-    @cython.locals(rtt=double, extra=double, weight=double, time=double,
+    cdef public double min_rtt, jitter, error
+    cdef public long count
+    @cython.locals(rtt=double, extra=double, base=double, weight=double, time=double,
                    distance=double)
     cpdef double add(self, double sent_time, double receive_time,
                      double clock) except? -1

@@ -3,13 +3,16 @@
 
 A sample says that the clock had a value somewhere between sending and
 receiving; half of the extra round trip is how wrong its middle can be, so
-samples weigh 1/(BASE^2 + extra^2).  See docs/internals/mcu.md.
+samples weigh 1/(base^2 + extra^2), where base grows with the usual jitter.
+See docs/internals/mcu.md.
 """
 
 DECAY = 1. / 40.
 BASE_ERROR = 0.00002
-PRIOR_TIME_ERROR = 0.001
-PRIOR_FREQ_ERROR = 0.00005
+JITTER_SHARE = 0.3
+START_JITTER = 0.0005
+# How far crystals are off, s a s: what holds until samples know better
+PRIOR_FREQ_ERROR = 0.0003
 RTT_AGING = 1.0005
 MIN_RTT = 0.00005
 
@@ -26,21 +29,21 @@ class ClockFit:
         self.start_time, self.start_clock = time, float(clock)
         self.mean_time, self.mean_residual = 0., 0.
         self.weight, self.variance, self.covariance = 0., 0., 0.
-        self.prior = 0.
+        self.prior = PRIOR_FREQ_ERROR ** -2
         self.min_rtt = 1e9
-        self.error = 0.
+        self.jitter, self.error, self.count = START_JITTER, 0., 1
 
     def add(self, sent_time, receive_time, clock):
         """Take in a sample; returns its distance from the line in s."""
         rtt = max(MIN_RTT, receive_time - sent_time)
         self.min_rtt = min(rtt, self.min_rtt * RTT_AGING)
         extra = (rtt - self.min_rtt) * 0.5
-        weight = (BASE_ERROR * BASE_ERROR
-                  / (BASE_ERROR * BASE_ERROR + extra * extra))
+        self.count += 1
+        self.jitter += (extra - self.jitter) * max(DECAY, 1. / self.count)
+        base = BASE_ERROR + self.jitter * JITTER_SHARE
+        weight = 1. / (base * base + extra * extra)
         time = (sent_time + receive_time) * 0.5
         distance = (self.clock_at(time) - clock) / self.nominal_freq
-        if not self.weight:
-            self.prior = (PRIOR_TIME_ERROR / PRIOR_FREQ_ERROR) ** 2 * weight
         self._update(time - self.start_time, clock, weight)
         self.error += (distance * distance - self.error) * DECAY
         return distance

@@ -58,6 +58,7 @@ class SerialReader:
         self._pending = {}
         self._queries = set()
         self._fault_callback = None
+        self._default_handler = self._ignore
         self.register_response(self._handle_unknown, "#unknown")
         self.register_response(self._handle_output, "#output")
 
@@ -241,6 +242,10 @@ class SerialReader:
             else:
                 self._handlers[name, oid] = callback
 
+    def set_default_handler(self, callback):
+        """Call callback(params) for each response that nobody registered for."""
+        self._default_handler = callback
+
     def _run_thread(self, queue):
         """Body of the response thread."""
         while True:
@@ -280,11 +285,11 @@ class SerialReader:
         name = params["#name"]
         with self._lock:
             handler = self._handlers.get((name, params.get("oid")))
-        if handler is None:
-            logging.debug("%signored %s", self.warn_prefix,
-                          self.msgparser.format_params(params))
-            return
-        handler(params)
+        (handler or self._default_handler)(params)
+
+    def _ignore(self, params):
+        logging.debug("%signored %s", self.warn_prefix,
+                      self.msgparser.format_params(params))
 
     def _handle_unknown(self, params):
         logging.warning("%sunknown message %s", self.warn_prefix,

@@ -61,13 +61,10 @@ class Connection:
 
     def _find_dictionary(self):
         """Path of the dictionary given by -d [mcu=]path."""
-        given = self.start_args.get("dictionary")
-        if isinstance(given, dict):
-            path = given.get(self.mcu_name)
-        elif self.mcu_name == "mcu":
-            path = given
-        else:
-            path = self.start_args.get("dictionary_" + self.mcu_name)
+        given = self.start_args.get("dictionary") or {}
+        path = given.get(self.mcu_name)
+        if path is None and self.mcu_name == "mcu":
+            path = given.get(None)
         if path is None:
             raise ConfigError(
                 "No dictionary for mcu '%s': give one with -d %sPATH" % (
