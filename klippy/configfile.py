@@ -297,11 +297,12 @@ class PrinterConfig:
 
     # Options nobody knows
 
-    def check_unused_options(self, config, skipped=(), known_sections=()):
+    def check_unused_options(self, config, skipped=(), known_sections=(),
+                             reasons=None):
         """Raise ConfigError for the options and sections nobody asked for.
 
         skipped: sections that could not be loaded.  known_sections: names to
-        propose for unknown sections.
+        propose for unknown sections.  reasons: better texts by section.
         """
         store, errors = config.fileconfig, []
         objects = dict(self.printer.lookup_objects())
@@ -314,8 +315,8 @@ class PrinterConfig:
             known = read.get(section.lower(), ())
             if not known and section not in objects:
                 if not self._is_all_saved(store, section):
-                    errors.append(self._unknown_section(store, section,
-                                                        known_sections))
+                    errors.append(self._unknown_section(
+                        store, section, known_sections, reasons or {}))
                 continue
             errors.extend(self._unknown_option(store, section, option)
                           for option in store.options(section)
@@ -331,10 +332,11 @@ class PrinterConfig:
         return bool(options) and all(store.is_saved(section, o) for o in options)
 
     @staticmethod
-    def _unknown_section(store, section, known):
+    def _unknown_section(store, section, known, reasons):
         known = set(known) | {name for name in store.asked if name != section}
-        return ConfigError("there is no section kind [%s]%s" % (
-            section, propose(section, known, "[%s]")), store.get_place(section))
+        text = reasons.get(section) or "there is no section kind [%s]%s" % (
+            section, propose(section, known, "[%s]"))
+        return ConfigError(text, store.get_place(section))
 
     @staticmethod
     def _unknown_option(store, section, option):

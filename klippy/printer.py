@@ -60,6 +60,7 @@ class SectionLoader:
         self.printer = printer
         self.errors = []
         self.failed = {}                # section -> its ConfigError
+        self.misnamed = {}              # section without entry point -> text
 
     def try_call(self, func, *args):
         """Call func; a ConfigError is noted.  Returns True without error."""
@@ -75,19 +76,10 @@ class SectionLoader:
         """The object of a section; see Printer.load_object()."""
         if section in self.failed:
             raise self.failed[section]
-        module = self._find_module(section.partition(" ")[0], default)
-        if module is None:
-            return default
-        is_named = " " in section
-        entry = getattr(module, "load_config_prefix" if is_named else "load_config",
-                        None)
-        if entry is None:
-            if default is not _Required:
-                return default
-            raise ConfigError("section [%s] must %s" % (
-                section, "have no name" if is_named else "have a name: [%s my_name]"
-                % (section,)), config.fileconfig.get_place(section))
         try:
+            entry = self._find_entry(section, default)
+            if entry is None:
+                return default
             obj = entry(config.getsection(section))
         except ConfigError as err:
             if err.place is None:
@@ -96,6 +88,21 @@ class SectionLoader:
             raise
         self.printer.objects[section] = obj
         return obj
+
+    def _find_entry(self, section, default):
+        """The function that makes the object of a section."""
+        module = self._find_module(section.partition(" ")[0], default)
+        if module is None:
+            return None
+        is_named = " " in section
+        entry = getattr(module, "load_config_prefix" if is_named else "load_config",
+                        None)
+        if entry is None:
+            self.misnamed[section] = "section [%s] must have %s" % (
+                section, "no name" if is_named else "a name: [%s my_name]" % (section,))
+            if default is _Required:
+                raise ConfigError(self.misnamed[section])
+        return entry
 
     def _find_module(self, name, default):
         if not name.isidentifier():
@@ -151,12 +158,12 @@ class SectionLoader:
                 if name not in self.printer.objects
                 and self._is_core_section(name))
         self.try_call(self.printer.lookup_object("configfile").check_unused_options,
-                      config, skipped, list_section_kinds())
+                      config, skipped, list_section_kinds(), self.misnamed)
 
-    def _is_core_section(self, name):
+    @staticmethod
+    def _is_core_section(name):
         kind = name.partition(" ")[0]
-        return (kind in ("printer", "mcu") or kind.startswith(("stepper", "extruder"))
-                or kind in list_section_kinds())
+        return kind in ("printer", "mcu") or kind.startswith(("stepper", "extruder"))
 
 
 def list_section_kinds():

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from klippy.configsave import build_file, comment_out, write_with_backup
 from klippy.configtext import ConfigReader
 
+VALUE = r"[0-9a-z][0-9a-z.,\- ]{0,9}[0-9a-z](\n[0-9a-z]+){0,3}"
 NOW = datetime.datetime(2026, 11, 23, 16, 5, 9)
 MAIN = """# my printer
 [extruder]
@@ -70,8 +71,7 @@ def test_line_ends_and_foreign_bytes_stay():
 @given(st.dictionaries(
     st.from_regex(r"[a-z]{1,5}( [a-z0-9]{1,4})?", fullmatch=True),
     st.dictionaries(st.from_regex(r"[a-z_]{1,6}", fullmatch=True),
-                    st.from_regex(r"[0-9a-z][0-9a-z.,\- ]{0,9}[0-9a-z](\n[0-9a-z]+){0,3}",
-                                  fullmatch=True), min_size=1), max_size=4))
+                    st.from_regex(VALUE, fullmatch=True), min_size=1), max_size=4))
 def test_any_values_survive(tmp_path_factory, saved):
     saved.pop("include", None)
     saved = {k: v for k, v in saved.items() if not k.startswith("include")}
