@@ -414,9 +414,9 @@ class MCU:
         self._serial.disconnect()
 
     def _note_error(self, event_type, err):
-        self._printer.send_event(
-            "klippy:notify_mcu_error", str(err),
-            {"mcu": self._name, "reason": str(err), "event_type": event_type})
+        # the printer announces the error when its state is set
+        err.details = {"mcu": self._name, "reason": str(err), "error": str(err),
+                       "event_type": event_type}
 
     # Reports
 
