@@ -178,7 +178,7 @@ class ConfigWrapper:
             parts = [part.strip() for part in text.split(seps[level])]
             if level:
                 return tuple(split(part, level - 1) for part in parts if part)
-            if parts[-1] == "":
+            if not parts[len(parts) - 1]:
                 parts.pop()
             if count is not None and len(parts) != count:
                 raise self.make_error(option, "'%s' has %d elements, it must have %d"
