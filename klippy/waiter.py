@@ -8,6 +8,7 @@ import os
 import select
 import time
 
+REAL_CLOCK = time
 NEVER = 9999999999999999.
 MAX_WAIT = 60.              # s, of one epoll call
 POLL_INTERVAL = 0.001       # real s between polls of an unpaced virtual world
@@ -97,12 +98,12 @@ class VirtualWaiter:
     def set_pace(self, speed):
         """Let speed virtual seconds pass a real one; 0: as fast as it goes."""
         self.speed = speed
-        self.start_real = time.monotonic()
+        self.start_real = REAL_CLOCK.monotonic()
         self.start_virtual = self.clock.monotonic()
 
     def wait(self, waketime):
         """As RealWaiter.wait(); the callbacks are those of the world."""
-        real = time.monotonic()
+        real = REAL_CLOCK.monotonic()
         now = self.clock.monotonic()
         limit = min(waketime, now + IDLE_ADVANCE)
         timeout = 0.

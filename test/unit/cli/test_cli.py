@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line: finding sub-commands, exit statuses."""
+
+import pytest
+
+from klippy import cli
+from klippy.cli import run as run_module
+
+
+def test_every_command_has_help(capsys):
+    names = [name for name, _ in cli.list_commands()]
+    assert {"run", "check", "simulate", "demo", "dump"} <= set(names)
+    assert cli.main(["--help"]) == 0
+    text = capsys.readouterr().out
+    assert all("  %s " % (name,) in text for name in names)
+    for name in names:
+        with pytest.raises(SystemExit) as info:
+            cli.main([name, "--help"])
+        assert info.value.code == 0
+
+
+def test_nothing_at_all_is_a_wrong_command_line(capsys):
+    assert cli.main([]) == 2
+    assert "usage" in capsys.readouterr().out
+
+
+def test_bare_arguments_belong_to_run(monkeypatch):
+    seen = []
+    monkeypatch.setattr(run_module, "run", seen.append)
+    cli.main(["printer.cfg", "-i", "a.gcode", "-o", "out", "-d", "main.dict",
+              "-d", "tool=tool.dict", "-l", "x.log", "-a", "/tmp/api", "-I", "/tmp/p",
+              "-v", "-n"])
+    (options,) = seen
+    assert options.config == "printer.cfg" and options.debuginput == "a.gcode"
+    assert options.debugoutput == "out" and options.logfile == "x.log"
+    assert options.api_server == "/tmp/api" and options.input_tty == "/tmp/p"
+    assert options.verbose and options.no_tty and not options.import_test
+    assert run_module.parse_dictionaries(options.dictionary) == {
+        None: "main.dict", "tool": "tool.dict"}
+
+
+def test_module_without_command_is_none():
+    assert cli.find_command("simsession") is None
+    assert cli.find_command("no_such_command") is None
+
+
+def test_missing_files_are_told(capsys, tmp_path):
+    assert cli.main(["run"]) == 2
+    assert "name the printer.cfg" in capsys.readouterr().err
+    assert cli.main(["p.cfg", "-i", str(tmp_path / "none.gcode"), "-o", "x"]) == 2
+    assert "none.gcode" in capsys.readouterr().err
+    assert cli.main(["p.cfg", "-n", "-l", str(tmp_path / "no" / "x.log")]) == 2
+    assert "unable to write the log" in capsys.readouterr().err
