@@ -31,7 +31,7 @@ def virtual(real_time):
 
 
 def test_time_goes_to_the_limit(virtual):
-    assert virtual.wait(100.3) == ((), [])
+    assert virtual.wait(100.3) == ([], [])
     assert virtual.clock.now == 100.3
 
 
@@ -81,7 +81,7 @@ def test_descriptors_are_served(virtual, real_time):
     ready, _ = virtual.wait(100.1)
     assert [h for h, _ in ready] == [handler]
     assert virtual.wait(100.2)[0] == ()
-    real_time.now += waiter.POLL_INTERVAL
+    real_time.now += 2. * waiter.POLL_INTERVAL
     assert len(virtual.wait(100.3)[0]) == 1
     virtual.files.remove(handler)
     os.close(read_fd)
