@@ -270,7 +270,7 @@ class Printer:
         return self.in_shutdown_state
 
     def _set_state(self, state, message):
-        if self.state in ("startup", "ready"):
+        if self.state != "shutdown":
             self.state, self.state_message = state, message
             if state != "ready" and self.start_args.get("debuginput") is not None:
                 self.request_exit("error_exit")
@@ -348,17 +348,16 @@ class Printer:
 
     def invoke_shutdown(self, msg, details=None):
         """Stop the printer at once.  details: more facts for the analysis."""
+        self._shut_down(msg, details or {}, HINT_SHUTDOWN)
+
+    def _shut_down(self, msg, details, hint):
         if self.in_shutdown_state:
             return
-        details = details or {}
-        logging.error("the printer shuts down: %s", msg)
+        logging.error("the printer shuts down at eventtime %.6f: %s",
+                      self.reactor.monotonic(), msg)
         self.in_shutdown_state = True
-        if self.state == "error":
-            self.state = "startup"
-        self._set_state("shutdown", "%s\n%s" % (msg, HINT_SHUTDOWN))
+        self._set_state("shutdown", "%s\n%s" % (msg, hint))
         self._send_protected("klippy:shutdown")
-        logging.info("times of the shutdown: eventtime %.6f",
-                     self.reactor.monotonic())
         self.reactor.register_callback(
             lambda eventtime: self._send_protected("klippy:analyze_shutdown", msg,
                                                    details))
@@ -370,9 +369,8 @@ class Printer:
 
     def _handle_internal_error(self, err):
         """A callback of the reactor raised."""
-        if self.state == "startup":
-            self._set_state("error", "%s\n%s" % (_describe(err), HINT_INTERNAL))
-        self.invoke_shutdown(_describe(err))
+        hint = HINT_SHUTDOWN if isinstance(err, PrinterError) else HINT_INTERNAL
+        self._shut_down(_describe(err), {}, hint)
 
     def request_exit(self, result):
         """Have run() return result; the first one asked for counts."""

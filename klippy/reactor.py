@@ -219,9 +219,13 @@ class Reactor:
         return completion
 
     def register_async_callback(self, callback, waketime=_NOW):
-        """As register_callback(), from any thread and without completion."""
+        """As register_callback(), without completion.
+
+        Allowed from any thread and from signal handlers.
+        """
         self._async_calls.append((callback, waketime))
-        if threading.get_ident() != self._thread and not self._is_finalized:
+        is_inside = threading.get_ident() == self._thread and self._current is not None
+        if not is_inside and not self._is_finalized:
             self._waiter.files.wake()
 
     def async_complete(self, completion, result):

@@ -9,9 +9,12 @@ import importlib
 import logging
 import os
 import pkgutil
+import signal
 import sys
 
+import klippy.extras
 from klippy import gcode_io, plugins, queuelogger, sysinfo
+from klippy.errors import PrinterError
 from klippy.printer import Printer
 from klippy.reactor import Reactor
 
@@ -42,6 +45,8 @@ def add_arguments(parser):
                         help="make no G-code tty")
     parser.add_argument("--rotate-log-at-restart", action="store_true",
                         help="start the log anew at each restart")
+    parser.add_argument("--plugins", metavar="FOLDER", action="append", default=[],
+                        help="folder whose files win over the built-in extras")
     parser.add_argument("--import-test", action="store_true",
                         help="import all modules and exit")
 
@@ -52,10 +57,14 @@ def run(options):
     if options.import_test:
         return test_imports()
     if not options.config:
-        print("klippy run: name the printer.cfg (see klippy run --help)",
-              file=sys.stderr)
-        return 2
+        return complain("name the printer.cfg (see klippy run --help)")
     return Daemon(options).run()
+
+
+def complain(text):
+    """Print why the command cannot start; returns its exit status."""
+    print("klippy run: %s" % (text,), file=sys.stderr)
+    return 2
 
 
 def test_imports():
@@ -95,31 +104,28 @@ class Daemon:
     def run(self):
         """Run until the end; returns the exit status."""
         options = self.options
-        if options.debuginput and not os.path.exists(options.debuginput):
-            print("klippy run: there is no G-code file '%s'" % (options.debuginput,),
-                  file=sys.stderr)
-            return 2
-        if not self._open_log():
-            return 2
-        self._make_start_args()
+        if options.debuginput and not os.access(options.debuginput, os.R_OK):
+            return complain("unable to read the G-code file '%s'"
+                            % (options.debuginput,))
         try:
+            self._open_log()
+            for folder in options.plugins:
+                plugins.add_folder(klippy.extras, folder)
+            self._make_start_args()
             return self._run_printers()
+        except (OSError, PrinterError) as err:
+            logging.error("the daemon cannot run: %s", err)
+            return complain(str(err))
         finally:
             if self.bglogger is not None:
                 self.bglogger.stop()
 
     def _open_log(self):
         level = logging.DEBUG if self.options.verbose else logging.INFO
-        if not self.options.logfile:
-            logging.basicConfig(level=level, format="%(message)s")
-            return True
-        try:
+        if self.options.logfile:
             self.bglogger = queuelogger.setup_bg_logging(self.options.logfile, level)
-        except OSError as err:
-            print("klippy run: unable to write the log '%s': %s"
-                  % (self.options.logfile, err.strerror), file=sys.stderr)
-            return False
-        return True
+        else:
+            logging.basicConfig(level=level, format="%(message)s")
 
     def _make_start_args(self):
         options, args = self.options, self.start_args
@@ -167,13 +173,25 @@ class Daemon:
         gc.collect()
         printer = Printer(reactor, self.bglogger, self.start_args)
         printer.register_event_handler("klippy:ready", freeze_objects)
+        handlers = self._catch_signals(printer)
         try:
             result = printer.run()
         finally:
             gc.unfreeze()
+            for number, handler in handlers:
+                signal.signal(number, handler)
         if result in ("exit", "error_exit"):
             reactor.finalize()
         return result
+
+    @staticmethod
+    def _catch_signals(printer):
+        """Have SIGTERM and SIGINT end the printer; returns the old handlers."""
+        def handle(number, frame):
+            printer.get_reactor().register_async_callback(
+                lambda eventtime: printer.request_exit("exit"))
+        return [(number, signal.signal(number, handle))
+                for number in (signal.SIGTERM, signal.SIGINT)]
 
     def _get_versions(self):
         return "\n".join((

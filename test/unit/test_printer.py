@@ -248,3 +248,53 @@ def test_first_result_counts(make):
     printer = make("")
     printer.request_exit("restart")
     assert run_until(printer) == "restart"
+
+
+class FakeLog:
+    """Collects what each new log file starts with."""
+
+    def __init__(self):
+        self.info = {}
+
+    def set_rollover_info(self, name, info):
+        self.info[name] = info
+
+
+def test_config_is_logged_in_each_new_file(make):
+    printer = make("[thing_good]\nspeed: 1\n")
+    printer.bglogger = FakeLog()
+    run_until(printer)
+    assert "[thing_good]\nspeed = 1" in printer.bglogger.info["config"]
+
+
+def test_save_config_writes_and_restarts(make, tmp_path):
+    printer = make("[thing_good]\nspeed: 1\n")
+    gcode = printer.lookup_object("gcode")
+
+    def save(eventtime):
+        gcode.run_script("SAVE_CONFIG")         # nothing to save
+        assert printer.run_result is None
+        printer.lookup_object("configfile").set("thing_good", "speed", 2.5)
+        gcode.run_script("SAVE_CONFIG")
+    printer.get_reactor().register_callback(save, 105.)
+    assert printer.run() == "restart"
+    text = (tmp_path / "printer.cfg").read_text()
+    assert "#speed: 1\n" in text and "#*# speed = 2.5\n" in text
+    status = printer.lookup_object("configfile").get_status(0.)
+    assert status["save_config_pending"] is False
+
+
+def test_save_config_that_cannot_write_says_so(make, tmp_path):
+    printer = make("[thing_good]\nspeed: 1\n")
+    gcode, errors = printer.lookup_object("gcode"), []
+
+    def save(eventtime):
+        printer.lookup_object("configfile").set("thing_good", "speed", 2.5)
+        (tmp_path / "printer.cfg").unlink()
+        with pytest.raises(CommandError) as info:
+            gcode.run_script("SAVE_CONFIG")
+        errors.append(str(info.value))
+    printer.get_reactor().register_callback(save, 105.)
+    assert run_until(printer) == "exit"
+    assert "printer.cfg" in errors[0] and "Unable to write" in errors[0]
+    assert printer.lookup_object("configfile").save.is_pending

@@ -2,6 +2,7 @@
 """The event loop, in virtual time; descriptors and threads on pipes."""
 
 import os
+import signal
 import threading
 
 import greenlet
@@ -257,6 +258,21 @@ def test_async_callback_from_a_thread_wakes_the_loop(reactor):
     reactor.run()
     thread.join()
     assert result == ["from thread"]
+
+
+def test_async_callback_from_a_signal_handler_ends_an_endless_wait():
+    class StandingClock:
+        def monotonic(self):
+            return 50.
+    reactor = Reactor(StandingClock())
+
+    def handle(number, frame):
+        reactor.register_async_callback(lambda e: reactor.end())
+    old = signal.signal(signal.SIGALRM, handle)
+    signal.setitimer(signal.ITIMER_REAL, 0.001)
+    reactor.run()
+    signal.signal(signal.SIGALRM, old)
+    reactor.finalize()
 
 
 def test_async_callbacks_keep_their_order(reactor):

@@ -7,7 +7,7 @@ import pytest
 from virtualclock import EmptyWorld
 
 from klippy import waiter
-from klippy.waiter import VirtualWaiter
+from klippy.waiter import RealWaiter, VirtualWaiter
 
 
 @pytest.fixture
@@ -84,5 +84,33 @@ def test_descriptors_are_served(virtual, real_time):
     real_time.now += 2. * waiter.POLL_INTERVAL
     assert len(virtual.wait(100.3)[0]) == 1
     virtual.files.remove(handler)
+    os.close(read_fd)
+    os.close(write_fd)
+
+
+class StandingClock:
+    """A real clock of which only the reading counts."""
+
+    def monotonic(self):
+        return 50.
+
+
+def test_real_waiter_serves_descriptors_and_wakes():
+    real = RealWaiter(StandingClock())
+    assert real.wait(50.) == ([], ())
+    assert real.wait(0.) == ([], ())
+    real.files.wake()
+    assert real.wait(waiter.NEVER) == ([], ())
+    read_fd, write_fd = os.pipe()
+
+    class Handler:
+        fd, events = read_fd, 1
+    real.files.add(Handler)
+    os.write(write_fd, b"x")
+    (ready,), _ = real.wait(waiter.NEVER)
+    assert ready[0] is Handler
+    real.files.remove(Handler)
+    real.files.remove(Handler)
+    real.files.close()
     os.close(read_fd)
     os.close(write_fd)
