@@ -1,10 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The command line: finding sub-commands, exit statuses."""
 
+import os
+import pathlib
+import subprocess
+import sys
+
 import pytest
 
 from klippy import cli
 from klippy.cli import run as run_module
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 
 
 def test_every_command_has_help(capsys):
@@ -51,3 +58,25 @@ def test_missing_files_are_told(capsys, tmp_path):
     assert "none.gcode" in capsys.readouterr().err
     assert cli.main(["p.cfg", "-n", "-l", str(tmp_path / "no" / "x.log")]) == 2
     assert "x.log" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [
+    [str(ROOT / "klippy" / "klippy.py")], ["-m", "klippy"]])
+def test_started_by_path_and_as_module(command, tmp_path):
+    result = subprocess.run(
+        [sys.executable, *command, "--help"], cwd=tmp_path, capture_output=True,
+        text=True, check=True, env={**os.environ, "PYTHONPATH": str(ROOT)})
+    assert "klippy <command>" in result.stdout
+
+
+def test_path_launcher_hides_the_flat_files(tmp_path):
+    script = ("import runpy, sys; sys.argv = ['k', '--help']\n"
+              "sys.path.insert(0, %r)\n"
+              "try: runpy.run_path(%r, run_name='__main__')\n"
+              "except SystemExit: pass\n"
+              "assert 'printer' not in sys.modules\n"
+              "import klippy; print(klippy.__path__, klippy.Printer.__module__)\n"
+              % (str(ROOT / "klippy"), str(ROOT / "klippy" / "klippy.py")))
+    result = subprocess.run([sys.executable, "-c", script], cwd=tmp_path,
+                            capture_output=True, text=True, check=True)
+    assert "klippy.printer" in result.stdout
