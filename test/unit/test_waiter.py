@@ -20,6 +20,7 @@ def real_time(monkeypatch):
             return self.now
     clock = Clock()
     monkeypatch.setattr(waiter, "REAL_CLOCK", clock)
+    monkeypatch.setattr(waiter, "POLL_INTERVAL", 0.001)
     return clock
 
 
