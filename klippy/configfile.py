@@ -153,7 +153,7 @@ class ConfigWrapper:
     def getchoice(self, option, choices, default=sentinel, note_valid=True):
         """What choices (a dict by text or whole number, or a list) has for it.
 
-        default is a key of choices too.
+        default may be a key of choices too.
         """
         if not isinstance(choices, dict):
             choices = {choice: choice for choice in choices}
@@ -161,6 +161,8 @@ class ConfigWrapper:
         key = self._get_parsed(option, default, parse_int if is_number else str,
                                note_valid)
         if key not in choices:
+            if not self.fileconfig.has_option(self.section, option):
+                return default
             raise self.make_error(option, "'%s' is not one of %s%s" % (
                 shorten(str(key)), ", ".join("'%s'" % (c,) for c in choices),
                 propose(str(key), choices)))
@@ -333,9 +335,13 @@ class PrinterConfig:
 
     @staticmethod
     def _unknown_section(store, section, known, reasons):
-        known = set(known) | {name for name in store.asked if name != section}
-        text = reasons.get(section) or "there is no section kind [%s]%s" % (
-            section, propose(section, known, "[%s]"))
+        text = reasons.get(section)
+        if text is None and section in known:
+            text = "section [%s] is used by nothing in this config" % (section,)
+        if text is None:
+            known = set(known) | {name for name in store.asked if name != section}
+            text = "there is no section kind [%s]%s" % (
+                section, propose(section, known, "[%s]"))
         return ConfigError(text, store.get_place(section))
 
     @staticmethod

@@ -129,15 +129,15 @@ class SectionLoader:
 
     def load_all(self, config):
         """Load everything.  Raises ConfigError, with all that is wrong."""
-        is_complete = True
+        is_begun = True
         for name in FIRST_MODULES:
-            is_complete &= self._add_core(name, config)
-        if is_complete:
+            is_begun &= self._add_core(name, config)
+        if is_begun:
             for section in config.get_prefix_sections(""):
                 self.try_call(self._load_optional, config, section.get_name())
             for name in LAST_MODULES:
-                is_complete &= self._add_core(name, config)
-        self._check_unused(config, is_complete)
+                self._add_core(name, config)
+        self._check_unused(config, is_begun)
         if self.errors:
             raise configfile.collect(self.errors)
 
@@ -149,16 +149,17 @@ class SectionLoader:
         if section not in self.printer.objects:
             self.load(config, section, None)
 
-    def _check_unused(self, config, is_complete):
+    def _check_unused(self, config, is_begun):
+        kinds = list_section_kinds()
         skipped = set(self.failed)
-        if not is_complete or self.errors:
+        for name in config.fileconfig.sections():
             # whatever reads the sections without module may not have run
-            skipped.update(
-                name for name in config.fileconfig.sections()
-                if name not in self.printer.objects
-                and self._is_core_section(name))
+            is_unread = (self._is_core_section(name) if is_begun
+                         else name.partition(" ")[0] in kinds)
+            if self.errors and is_unread and name not in self.printer.objects:
+                skipped.add(name)
         self.try_call(self.printer.lookup_object("configfile").check_unused_options,
-                      config, skipped, list_section_kinds(), self.misnamed)
+                      config, skipped, kinds, self.misnamed)
 
     @staticmethod
     def _is_core_section(name):

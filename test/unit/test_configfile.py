@@ -56,6 +56,7 @@ def test_defaults_are_not_checked_and_are_noted(load):
     assert a.getfloat("f", 1.5) == 1.5 and a.getlist("l", ()) == ()
     assert a.access_tracking[("a", "f")] == 1.5
     assert a.getchoice("c", {"one": 1}, default="one") == 1
+    assert a.getchoice("c", {"one": 1}, default=None) is None
 
 
 @pytest.mark.parametrize("method, text, wanted", [
@@ -142,6 +143,12 @@ def test_unknown_options_and_sections_get_the_nearest_name(load):
     assert len(errors) == 2
     assert "p.cfg:3" in errors[0] and "'sped'" in errors[0]
     assert "p.cfg:4" in errors[1] and "did you mean [fan]" in errors[1]
+
+
+def test_known_section_that_nothing_uses(load):
+    a = load("[stepper_b]\npin: x\n")
+    (error,) = check_unused(load, a, known_sections=["stepper_b"])
+    assert "[stepper_b] is used by nothing" in error and "did you mean" not in error
 
 
 def test_unread_option_names_one_that_was_asked_for(load):

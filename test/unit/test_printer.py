@@ -132,6 +132,17 @@ def test_one_failed_section_is_told_once(make):
         Core.add_printer_objects = original
 
 
+def test_failed_core_gives_no_errors_about_what_it_would_read(make, monkeypatch):
+    printer = make("[printer]\nkinematics: x\n[thing_good]\nspeed: 1\n[mcu]\n"
+                   "serial: x\n[stepper_x]\npin: 1\n[thing_god]\n")
+
+    def fail(self, config):
+        raise ConfigError("no mcu")
+    monkeypatch.setattr(Core, "add_printer_objects", fail)
+    errors = load_errors(printer)
+    assert len(errors) == 2 and errors[0] == "no mcu" and "[thing_god]" in errors[1]
+
+
 def test_bad_config_keeps_the_printer_up_with_a_message(make):
     printer = make("[thing_god]\n")
     assert run_until(printer) == "exit"
