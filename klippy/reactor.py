@@ -301,9 +301,12 @@ class Reactor:
             raise RuntimeError("the reactor is finalized: make a new one")
         self._thread = threading.get_ident()
         self._is_running = True
-        self._dispatch_until(None)
-        for timer in self._heap.clear():
-            timer.waketime = _NEVER
+        try:
+            self._dispatch_until(None)
+        finally:
+            self._is_running = False
+            for timer in self._heap.clear():
+                timer.waketime = _NEVER
         if self._error is not None:
             error, self._error = self._error, None
             raise error
@@ -398,8 +401,10 @@ class Reactor:
         self._current = worker
         if worker.parent is not self._hub:
             worker.parent = self._hub
-        worker.switch()
-        self._current = None
+        try:
+            worker.switch()
+        finally:
+            self._current = None
         return 0
 
     def run_worker(self):

@@ -345,3 +345,39 @@ def test_open_class_takes_attributes_and_subclasses():
     reactor.note = "mine"
     assert reactor.monotonic_plus() == 6. and reactor.note == "mine"
     reactor.finalize()
+
+
+def test_system_exit_leaves_run():
+    reactor = Reactor(EmptyWorld())
+
+    def leave(eventtime):
+        raise SystemExit(3)
+    reactor.register_callback(leave)
+    reactor.register_callback(lambda e: reactor.completion().wait())
+    with pytest.raises(SystemExit):
+        reactor.run()
+    assert reactor.pause(105.) == 105.
+    reactor.finalize()
+
+
+def test_error_while_outside_the_loop_is_not_lost():
+    reactor, errors = Reactor(EmptyWorld()), []
+    reactor.set_error_handler(errors.append)
+
+    def fail(eventtime):
+        raise RaisedOnPurpose("x")
+    reactor.register_callback(fail, 101.)
+    reactor.pause(102.)
+    assert len(errors) == 1
+    reactor.finalize()
+
+
+def test_pause_to_the_past_is_a_turn_for_others(reactor, run_in_reactor):
+    order = []
+
+    def func():
+        reactor.register_callback(lambda e: order.append("other"))
+        reactor.pause(0.)
+        order.append("me")
+    run_in_reactor(func)
+    assert order == ["other", "me"]
