@@ -6,9 +6,10 @@ Both serve file descriptors and can be woken from other threads.
 
 import os
 import select
-import time
 
-REAL_CLOCK = time
+from klippy_ext.hostclock import RealClock
+
+REAL_CLOCK = RealClock()
 NEVER = 9999999999999999.
 MAX_WAIT = 60.              # s, of one epoll call
 POLL_INTERVAL = 0.001       # real s between polls of an unpaced virtual world

@@ -4,6 +4,8 @@
 import logging
 import sys
 
+from klippy_ext.vworld import VirtualWorld
+
 from klippy import plugins
 from klippy.errors import ConfigError, ConfigErrors
 from klippy.printer import Printer
@@ -21,7 +23,6 @@ def add_arguments(parser):
 
 def check(path):
     """Load a config.  Returns (list of ConfigErrors, list of warnings)."""
-    from klippy_ext.vworld import VirtualWorld
     plugins.install()
     reactor = Reactor(VirtualWorld())
     printer = Printer(reactor, None, {

@@ -12,6 +12,9 @@ import pkgutil
 import signal
 import sys
 
+from klippy_ext.hostclock import RealClock
+from klippy_ext.vworld import VirtualWorld
+
 import klippy.extras
 from klippy import gcode_io, plugins, queuelogger, sysinfo
 from klippy.errors import PrinterError
@@ -145,11 +148,7 @@ class Daemon:
             args["dictionary"] = parse_dictionaries(options.dictionary)
 
     def _make_clock(self):
-        if self.is_batch:
-            from klippy_ext.vworld import VirtualWorld
-            return VirtualWorld()
-        from klippy_ext.hostclock import RealClock
-        return RealClock()
+        return VirtualWorld() if self.is_batch else RealClock()
 
     def _run_printers(self):
         self._log_versions()
