@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The real clock.  See hostclock.h. */
+#include <time.h>
+
+#include "hostclock.h"
+
+static double
+read_monotonic(const struct hostclock *hc)
+{
+    struct timespec ts;
+
+    (void)hc;
+    clock_gettime(CLOCK_MONOTONIC, &ts);
+    return (double)ts.tv_sec + (double)ts.tv_nsec * 1e-9;
+}
+
+static struct hostclock real_clock = { .read = read_monotonic };
+
+struct hostclock *
+hostclock_get_real(void)
+{
+    return &real_clock;
+}
