@@ -33,7 +33,7 @@ class SimMachine:
         self.seed = self.options.seed if seed is None else seed
         self.library = firmware.find_firmware(self.options.firmware)
         self.mcus = self._add_mcus()
-        self.pins = pinmap.PinMap(self.config)
+        self.pins = pinmap.PinMap(self.config, self._find_pin)
         self.axes = axes.build_axes(self.config, self.options.start_position)
         self.traces = {}
         self._watch_steppers()
@@ -55,6 +55,13 @@ class SimMachine:
                 baud=self.options.baud, latency=self.options.latency,
                 seed=self.seed + index)
         return mcus
+
+    def _find_pin(self, name):
+        """Number of a pin by the firmware's own name for it, or -1."""
+        try:
+            return self.mcus["mcu"].find_pin(name)
+        except KeyError:
+            return -1
 
     def _watch_steppers(self):
         for stepper in self.axes.steppers:

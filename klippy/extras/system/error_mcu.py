@@ -58,14 +58,23 @@ class ErrorMcu:
     def __init__(self, config):
         self.printer = config.get_printer()
         self._kinds = {}
+        self._clarifiers = []
         self.printer.register_event_handler(
             "klippy:analyze_shutdown", self._handle_shutdown)
         self.printer.register_event_handler(
             "klippy:notify_mcu_error", self._handle_error)
 
+    def add_clarify(self, reason, callback):
+        """Let callback(message, details) add a line (or None) for a reason."""
+        self._clarifiers.append((reason, callback))
+
     def _handle_shutdown(self, message, details):
-        if "event_type" in details:
-            self._insert(message, [find_help(details)])
+        if "event_type" not in details:
+            return
+        lines = [callback(message, details)
+                 for reason, callback in self._clarifiers
+                 if reason in details.get("reason", "")]
+        self._insert(message, [find_help(details), *lines])
 
     def _handle_error(self, message, details):
         kind = details.get("event_type")

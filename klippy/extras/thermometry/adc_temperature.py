@@ -29,8 +29,8 @@ class PrinterADCtoTemperature:
         self.mcu_adc.setup_adc_callback(self._handle_samples)
         self.mcu_adc.setup_adc_sample(REPORT_TIME, SAMPLE_TIME, SAMPLE_COUNT)
         query_adc.register(config, self.name, self.mcu_adc)
-        config.get_printer().register_event_handler(
-            "klippy:analyze_shutdown", self._explain_shutdown)
+        config.get_printer().load_object(config, "error_mcu").add_clarify(
+            "ADC out of range", self._explain_shutdown)
 
     def setup_callback(self, temperature_callback):
         """Call temperature_callback(print_time, degC) at each report."""
@@ -56,22 +56,19 @@ class PrinterADCtoTemperature:
         self.temperature_callback(read_time + SAMPLE_COUNT * SAMPLE_TIME,
                                   temperature)
 
-    def _explain_shutdown(self, msg, details):
-        if self.range is None or "ADC out of range" not in msg:
-            return
-        if details.get("mcu") != self.mcu_adc.get_mcu().get_name():
-            return
+    def _explain_shutdown(self, message, details):
+        """Text for the user if it was this sensor that went out of range."""
+        if (self.range is None
+                or details.get("mcu") != self.mcu_adc.get_mcu().get_name()):
+            return None
         last_time, fraction = self._last_sample()
-        if not last_time:
-            return
         temperature = self.adc_convert.calc_temp(fraction)
         low, high = self.range
-        if low <= temperature <= high:
-            return
-        details.setdefault("hints", []).append(
-            "Sensor of '%s' reads %.1f degC, outside its range %.1f..%.1f:"
-            " check its wiring, sensor_type, min_temp and max_temp"
-            % (self.name, temperature, low, high))
+        if not last_time or low <= temperature <= high:
+            return None
+        return ("Sensor of '%s' reads %.1f degC, outside its range %.1f..%.1f:"
+                " check its wiring, sensor_type, min_temp and max_temp"
+                % (self.name, temperature, low, high))
 
     def _last_sample(self):
         value, sample_time = self.mcu_adc.get_last_value()

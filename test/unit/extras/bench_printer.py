@@ -100,6 +100,14 @@ class Pin:
         self.setup["setup_adc_callback"][0][0]([(time, fraction)])
 
 
+class Clarifier:
+    def __init__(self):
+        self.clarifiers = []
+
+    def add_clarify(self, reason, callback):
+        self.clarifiers.append((reason, callback))
+
+
 class GCodeCommand:
     error = CommandError
 
@@ -146,6 +154,7 @@ class Printer:
         self.sections = sections or {}
         self.objects = {n: self for n in (
             "gcode", "pins", "toolhead", "motion_queuing", "configfile")}
+        self.objects["error_mcu"] = Clarifier()
         self.mcu = Mcu(self)
         self.start_args = {}
         self.handlers, self.commands, self.muxes = {}, {}, {}

@@ -195,7 +195,10 @@ def test_lookup_of_an_unknown_heater_lists_the_known(printer):
 
 def test_out_of_range_shutdown_is_explained(printer):
     report(printer, 140.0)
-    details = {"mcu": "mcu"}
-    printer.send("klippy:analyze_shutdown", "ADC out of range", details)
-    hint, = details["hints"]
+    reason, explain = printer.objects["error_mcu"].clarifiers[0]
+    assert reason == "ADC out of range"
+    hint = explain("x", {"mcu": "mcu"})
     assert "heater_bed" in hint and "140.0" in hint and "130.0" in hint
+    report(printer, 100.0)
+    assert explain("x", {"mcu": "mcu"}) is None
+    assert explain("x", {"mcu": "other"}) is None
