@@ -10,7 +10,7 @@ import threading
 
 from klippy import msgproto, seriallink
 from klippy.seriallink import error
-from klippy_ext.serialqueue import SerialQueue
+from klippy_ext.serialqueue import CommandQueue, SerialQueue
 
 CONNECT_TIMEOUT = 90.
 OPEN_INTERVAL = 5.
@@ -318,7 +318,7 @@ class SerialReader:
 
     def alloc_command_queue(self):
         """A new command queue; its commands stay in order."""
-        return self.serialqueue.alloc_command_queue()
+        return CommandQueue()
 
     def set_clock_est(self, freq, conv_time, conv_clock, last_clock):
         """Tell the queue how the mcu's clock runs."""

@@ -17,6 +17,8 @@ cdef class SerialQueue:
     cdef object ready_callback
     cdef bint is_virtual
     cdef bint is_file
+    cdef readonly bint is_closed
     cdef double bits_a_byte
 
+    cdef cmdqueue *bind(self, CommandQueue cq) except NULL
     cdef qsink *sink(self, CommandQueue cq) except NULL

@@ -18,6 +18,7 @@ from klippy_ext.c_serialqueue cimport (
     SERIALQUEUE_UART,
     SQCORE_HISTORY,
     clockest,
+    cmdqueue,
     serialqueue_add_queue,
     serialqueue_check,
     serialqueue_close,
@@ -51,7 +52,12 @@ KINDS = ("serial", "can", "file")
 
 @cython.no_gc_clear
 cdef class CommandQueue:
-    """Commands that reach the mcu in the order they were sent."""
+    """Commands that reach the mcu in the order they were sent.
+
+    CommandQueue() may be made before there is a link: it belongs to the
+    first serial queue that it is used with, or to the next when that one
+    has been closed.
+    """
 
 
 @cython.no_gc_clear
@@ -112,17 +118,28 @@ cdef class SerialQueue:
     def alloc_command_queue(self):
         """A new command queue; it lives as long as the serial queue."""
         cdef CommandQueue queue = CommandQueue.__new__(CommandQueue)
-        queue.owner = self
-        queue.cq = serialqueue_add_queue(self.sq)
-        if queue.cq is NULL:
+        self.bind(queue)
+        return queue
+
+    cdef cmdqueue *bind(self, CommandQueue cq) except NULL:
+        """The C object of a command queue, made now if it is free."""
+        cdef cmdqueue *queue
+        if cq is None:
+            raise TypeError("a command queue is needed, not None")
+        if cq.owner is self:
+            return cq.cq
+        if cq.owner is not None and not cq.owner.is_closed:
+            raise ValueError("the command queue belongs to another link")
+        queue = serialqueue_add_queue(self.sq)
+        if queue is NULL:
             raise MemoryError()
+        cq.cq = queue
+        cq.owner = self
         return queue
 
     cdef qsink *sink(self, CommandQueue cq) except NULL:
         """Where C producers of messages hand them in; cq keeps it alive."""
-        if cq is None or cq.owner is not self:
-            raise ValueError("the command queue belongs to another link")
-        return &cq.cq.sink
+        return &self.bind(cq).sink
 
     def send(self, CommandQueue cq not None, const uint8_t[::1] data,
              uint64_t minclock=0, uint64_t reqclock=0,
@@ -134,12 +151,11 @@ cdef class SerialQueue:
         """
         cdef Py_ssize_t length = data.shape[0]
         cdef const uint8_t *start = &data[0] if length else NULL
+        cdef cmdqueue *queue = self.bind(cq)
         cdef int ret
-        if cq.owner is not self:
-            raise ValueError("the command queue belongs to another link")
         with nogil:
             ret = serialqueue_send(
-                self.sq, cq.cq, start, length, minclock, reqclock, notify_id)
+                self.sq, queue, start, length, minclock, reqclock, notify_id)
         if ret:
             raise ValueError(
                 "a command has 1 to 59 bytes, not %d" % (length,))
@@ -249,6 +265,7 @@ cdef class SerialQueue:
         Raises OSError if a file could not be written.  May be repeated.
         """
         cdef int ret
+        self.is_closed = True
         with nogil:
             ret = serialqueue_close(self.sq)
         self.ready_callback = None

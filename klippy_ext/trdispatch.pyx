@@ -66,8 +66,6 @@ cdef class TrDispatch:
         """
         cdef TrMember member = TrMember.__new__(TrMember)
         cdef trmember_tags tags
-        if cq.owner is not serialqueue:
-            raise ValueError("the command queue belongs to another link")
         tags.oid = trsync_oid
         tags.set_timeout = set_timeout_msgtag
         tags.trigger = trigger_msgtag
@@ -75,7 +73,7 @@ cdef class TrDispatch:
         member.serialqueue = serialqueue
         member.command_queue = cq
         member.member = trdispatch_add(
-            self.td, serialqueue.sq, cq.cq, &tags)
+            self.td, serialqueue.sq, serialqueue.bind(cq), &tags)
         if member.member is NULL:
             raise MemoryError()
         self.members.append(member)

@@ -11,7 +11,7 @@ note_sync(struct sqcore *c, uint8_t seq4)
 {
     uint64_t seq = c->send_seq + ((seq4 - c->send_seq) & MSGBLOCK_SEQ_MASK);
 
-    c->send_seq = c->receive_seq = c->retransmit_seq = c->ack_seq = seq;
+    c->send_seq = c->receive_seq = c->ack_seq = seq;
     c->nak_seq = c->n_probes > 1 ? seq + 1 : seq;
     c->is_synced = 1;
     rto_init(&c->rto);
