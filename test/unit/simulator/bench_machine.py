@@ -72,12 +72,14 @@ class Bench:
         monkeypatch.setattr(printer_module, "LAST_MODULES", (MODULE,))
         self.printer = None
         self.output = []
+        self.make = lambda config: None
 
     def _add_clockwork(self, config):
         printer = config.get_printer()
         clockwork = Clockwork(printer)
         printer.add_object("toolhead", clockwork)
         printer.add_object("motion_queuing", clockwork)
+        self.make(config)
         if config.has_section("printer"):
             for option in ("kinematics", "max_velocity", "max_accel"):
                 config.getsection("printer").get(option, None)
