@@ -6,7 +6,7 @@ import select
 import subprocess
 import tempfile
 
-from klippy_ext.serialqueue import SerialQueue
+from klippy_ext.serialqueue import CommandQueue, SerialQueue
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CSRC = ROOT / "klippy_ext" / "csrc"
@@ -139,6 +139,7 @@ class EchoMcu:
         self.link = self.mcu.link
         self.queue = SerialQueue.open_virtual(world, self.link)
         self.cq = self.queue.alloc_command_queue()
+        self.question_cq = CommandQueue()
 
     def send(self, *values, cq=None, minclock=0, reqclock=0, notify_id=0):
         self.queue.send(cq or self.cq, b"".join(map(slow_int, values)),
@@ -162,7 +163,7 @@ class EchoMcu:
     def ask(self, count, *values):
         """Send a question until it is answered; the answer's integers."""
         for _ in range(50):
-            self.send(*values)
+            self.send(*values, cq=self.question_cq)
             entry = self.pull_until(
                 lambda e: e[0][:1] == bytes([values[0]]), 0.5)
             if entry is not None:
