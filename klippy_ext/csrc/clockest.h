@@ -16,6 +16,12 @@ struct clockest {
     uint64_t conv_clock, last_clock;
 };
 
+static inline int
+clockest_is_known(const struct clockest *ce)
+{
+    return ce->freq > 0.;
+}
+
 static inline uint64_t
 clockest_clock_at(const struct clockest *ce, double time)
 {

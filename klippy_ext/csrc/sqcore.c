@@ -156,7 +156,8 @@ calc_send_time(const struct sqcore *c)
 
     if (urgent >= QMSG_BACKGROUND_CLOCK)
         return count_in_flight(c) ? INFINITY : 0.;
-    if (c->sched.ready_bytes >= MSGBLOCK_PAYLOAD_MAX || !c->clockest.freq)
+    if (c->sched.ready_bytes >= MSGBLOCK_PAYLOAD_MAX
+        || !clockest_is_known(&c->clockest))
         return 0.;
     return clockest_time_at(&c->clockest, urgent) - SEND_AHEAD;
 }
@@ -164,7 +165,8 @@ calc_send_time(const struct sqcore *c)
 static double
 calc_release_time(const struct sqcore *c)
 {
-    if (c->sched.next_release == UINT64_MAX || !c->clockest.freq)
+    if (c->sched.next_release == UINT64_MAX
+        || !clockest_is_known(&c->clockest))
         return INFINITY;
     return clockest_time_at(&c->clockest, c->sched.next_release);
 }
@@ -204,7 +206,7 @@ sqcore_run(struct sqcore *c, double now)
 {
     double wake;
 
-    cmdsched_release(&c->sched, c->clockest.freq
+    cmdsched_release(&c->sched, clockest_is_known(&c->clockest)
                      ? clockest_clock_at(&c->clockest, now) : UINT64_MAX - 1);
     if (!c->is_synced) {
         wake = run_unsynced(c, now);

@@ -69,7 +69,7 @@ find_oldest_report(const struct trdispatch *td)
     for (const struct trmember *tm = td->members; tm; tm = tm->next) {
         struct clockest ce;
         serialqueue_get_clockest(tm->sq, &ce);
-        if (!ce.freq)
+        if (!clockest_is_known(&ce))
             return -INFINITY;
         oldest = fmin(oldest, clockest_time_at(&ce, tm->report_clock));
     }

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The I/O half of the host's C core alone, under sanitizers and a fuzzer."""
+
+import pathlib
+import shutil
+import subprocess
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+CSRC = ROOT / "klippy_ext" / "csrc"
+CORE = ["msgblock", "qmsg", "rto", "cmdqueue", "sqcore", "sqreceive"]
+THREADED = ["hostclock", "serialqueue", "sqthread", "trdispatch"]
+FLAGS = ["-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Wshadow", "-Wconversion",
+         "-Wno-sign-conversion", "-Werror", "-fno-omit-frame-pointer"]
+MEMORY = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+
+
+def compile_test(folder, source, modules, flags, compiler="cc"):
+    program = folder / pathlib.Path(source).stem
+    sources = [str(ROOT / "test/c" / source)]
+    sources += [str(CSRC / (name + ".c")) for name in modules]
+    subprocess.run([compiler, *FLAGS, *flags, "-I", str(CSRC), "-o", str(program),
+                    *sources, "-lm", "-lpthread"], check=True)
+    return program
+
+
+def run(program, *args, **options):
+    result = subprocess.run([program, *args], capture_output=True, text=True, **options)
+    assert result.returncode == 0, result.stdout + result.stderr
+    return result.stdout + result.stderr
+
+
+def test_protocol_on_a_damaged_link(tmp_path):
+    program = compile_test(tmp_path, "sq_lossy.c", [*CORE, "vlink"], MEMORY)
+    assert "200 runs" in run(program, "200")
+
+
+@pytest.mark.parametrize("flags", [MEMORY, ["-fsanitize=thread"]],
+                         ids=["memory", "thread"])
+def test_threads_of_the_queue(tmp_path, flags):
+    program = compile_test(tmp_path, "sq_threads.c", CORE + THREADED, flags)
+    output = run(program)
+    assert output.count("800 logged, 800 acked") == 2
+    assert "link 1: 800 logged, 800 acked, 1 triggers" in output
+
+
+@pytest.mark.skipif(not shutil.which("clang"), reason="libFuzzer needs clang")
+def test_fuzz_the_parsers(tmp_path):
+    program = compile_test(tmp_path, "fuzz_msgblock.c", CORE,
+                           ["-fsanitize=fuzzer,address,undefined"], "clang")
+    output = run(program, "-max_total_time=5", "-max_len=512", "-seed=1",
+                 cwd=tmp_path)
+    assert "Done" in output
