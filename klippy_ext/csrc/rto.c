@@ -8,7 +8,15 @@ void
 rto_init(struct rto *r)
 {
     r->srtt = r->rttvar = 0.;
-    r->timeout = RTO_INITIAL;
+    rto_note_progress(r);
+}
+
+void
+rto_note_progress(struct rto *r)
+{
+    double timeout = r->srtt > 0. ? r->srtt + 4. * r->rttvar : RTO_INITIAL;
+
+    r->timeout = fmin(fmax(timeout, RTO_MIN), RTO_MAX);
 }
 
 void
@@ -21,7 +29,7 @@ rto_note_sample(struct rto *r, double rtt)
         r->srtt = rtt;
         r->rttvar = rtt / 2.;
     }
-    r->timeout = fmin(fmax(r->srtt + 4. * r->rttvar, RTO_MIN), RTO_MAX);
+    rto_note_progress(r);
 }
 
 void

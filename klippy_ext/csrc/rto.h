@@ -17,6 +17,9 @@ struct rto {
 void rto_init(struct rto *r);
 /* Note the round trip of a block that was sent exactly once. */
 void rto_note_sample(struct rto *r, double rtt);
+/* Note that something was acknowledged: the link works, end the backoff.
+ * There is no congestion to be polite to on a cable of one's own. */
+void rto_note_progress(struct rto *r);
 /* Note that the timeout passed: the next one is twice as long. */
 void rto_backoff(struct rto *r);
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Serial queue into a file: every message at once, in the order it was sent.
  *
- * There is no thread: who sends fills a buffer, and writes it when it is
- * full.  close() writes the rest; the first failure is kept and told then. */
+ * There is no thread: who sends fills blocks and a buffer of them, and writes
+ * it when it is full.  close() writes the rest; the first failure is kept and told then. */
 #include <errno.h>
 #include <poll.h>
 #include <stdlib.h>
@@ -15,7 +15,9 @@ enum { FILE_BUFFER = 65536 };
 
 struct filesink {
     int fd;
-    size_t used;
+    size_t used;                /* of buf: whole blocks */
+    uint32_t n_payload;         /* of the block that is not full yet */
+    uint8_t block[MSGBLOCK_MAX];
     uint8_t buf[FILE_BUFFER];
 };
 
@@ -50,7 +52,7 @@ flush_file(struct serialqueue *sq, struct filesink *sink)
     sink->used = 0;
 }
 
-/* Nobody acknowledges, so a block is done as soon as it is made. */
+/* Nobody acknowledges, so a message is done as soon as it is taken. */
 static void
 finish_waited(struct serialqueue *sq, struct qfifo *waited, double now)
 {
@@ -67,24 +69,21 @@ finish_waited(struct serialqueue *sq, struct qfifo *waited, double now)
 }
 
 static void
-append_block(struct serialqueue *sq, struct filesink *sink, double now)
+end_block(struct serialqueue *sq, struct filesink *sink)
 {
     struct sqcore *c = &sq->core;
-    uint8_t *block = sink->buf + sink->used;
-    struct qfifo waited;
-    uint32_t used;
-    size_t len;
+    size_t len = msgblock_build(sink->block, (uint8_t)c->send_seq,
+                                sink->block + MSGBLOCK_HEADER,
+                                sink->n_payload);
 
-    qfifo_init(&waited);
-    used = cmdsched_fill(&c->sched, block + MSGBLOCK_HEADER,
-                         MSGBLOCK_PAYLOAD_MAX, &waited);
-    len = msgblock_build(block, (uint8_t)c->send_seq,
-                         block + MSGBLOCK_HEADER, used);
+    if (sink->used + len > FILE_BUFFER)
+        flush_file(sq, sink);
+    memcpy(sink->buf + sink->used, sink->block, len);
+    sink->used += len;
+    sink->n_payload = 0;
     c->receive_seq = ++c->send_seq;
     c->bytes_write += len;
-    sqhistory_note(&c->sent, now, block, len);
-    finish_waited(sq, &waited, now);
-    sink->used += len;
+    sqhistory_note(&c->sent, hostclock_now(sq->clock), sink->block, len);
 }
 
 /* Called with whole batches, so that the file is the same on every run. */
@@ -92,14 +91,18 @@ static void
 take_messages(struct serialqueue *sq)
 {
     struct filesink *sink = sq->driver_state;
-    double now = hostclock_now(sq->clock);
+    struct qfifo waited;
 
+    qfifo_init(&waited);
     cmdsched_release(&sq->core.sched, UINT64_MAX - 1);
     while (sq->core.sched.ready_bytes) {
-        if (sink->used + MSGBLOCK_MAX > FILE_BUFFER)
-            flush_file(sq, sink);
-        append_block(sq, sink, now);
+        sink->n_payload += cmdsched_fill(
+            &sq->core.sched, sink->block + MSGBLOCK_HEADER + sink->n_payload,
+            MSGBLOCK_PAYLOAD_MAX - sink->n_payload, &waited);
+        if (sq->core.sched.ready_bytes)
+            end_block(sq, sink);
     }
+    finish_waited(sq, &waited, hostclock_now(sq->clock));
 }
 
 static void
@@ -108,6 +111,8 @@ close_file(struct serialqueue *sq)
     struct filesink *sink = sq->driver_state;
 
     pthread_mutex_lock(&sq->lock);
+    if (sink->n_payload)
+        end_block(sq, sink);
     flush_file(sq, sink);
     sq->driver_state = NULL;
     pthread_mutex_unlock(&sq->lock);
@@ -127,7 +132,7 @@ serialqueue_open_file(struct hostclock *clock, int fd)
     if (!sink)
         return NULL;
     sink->fd = fd;
-    sink->used = 0;
+    sink->used = sink->n_payload = 0;
     sq = serialqueue__new(clock, &file_driver);
     if (!sq) {
         free(sink);

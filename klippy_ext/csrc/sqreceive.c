@@ -40,6 +40,8 @@ note_acked(struct sqcore *c, uint64_t seq, double now, double time)
 
     if (!last->is_resent)
         rto_note_sample(&c->rto, now - last->time);
+    else
+        rto_note_progress(&c->rto);
     while (c->receive_seq < seq)
         note_acked_block(c, &c->ring[c->receive_seq++ % SQCORE_RING], time);
     sqcore__set_deadline(c, now);

@@ -10,6 +10,7 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CSRC = ROOT / "klippy_ext" / "csrc"
 CORE = ["msgblock", "qmsg", "rto", "cmdqueue", "sqcore", "sqreceive"]
+WORLD = ["hostclock", "serialqueue", "sqvirtual", "vlink", "vmcu", "vtrace", "vworld"]
 THREADED = ["hostclock", "serialqueue", "sqthread", "trdispatch"]
 FLAGS = ["-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Wshadow", "-Wconversion",
          "-Wno-sign-conversion", "-Werror", "-fno-omit-frame-pointer"]
@@ -43,6 +44,16 @@ def test_threads_of_the_queue(tmp_path, flags):
     output = run(program)
     assert output.count("800 logged, 800 acked") == 2
     assert "link 1: 800 logged, 800 acked, 1 triggers" in output
+
+
+def test_world_from_birth_to_death(tmp_path):
+    toy = tmp_path / "toy.so"
+    subprocess.run(["cc", "-std=gnu11", "-g", "-fPIC", "-shared", "-I", str(CSRC),
+                    "-o", str(toy), str(ROOT / "test/c/echo_vmcu.c"),
+                    str(CSRC / "msgblock.c")], check=True)
+    program = compile_test(tmp_path, "vworld_story.c", CORE + WORLD,
+                           [*MEMORY, "-ldl"])
+    assert "3 mcus" in run(program, str(toy))
 
 
 @pytest.mark.skipif(not shutil.which("clang"), reason="libFuzzer needs clang")

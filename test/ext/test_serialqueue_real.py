@@ -244,6 +244,8 @@ def test_file_keeps_everything_in_order(messages):
     assert not skipped and not rest
     assert b"".join(p for _, p in blocks) == b"".join(m[1] for m in messages)
     assert [seq for seq, _ in blocks] == [(i + 1) % 16 for i in range(len(blocks))]
+    assert all(len(a) + len(b) > 59 for (_, a), (_, b)
+               in zip(blocks, blocks[1:], strict=False))
 
 
 def test_file_kind_drains_into_a_full_pipe():
@@ -271,6 +273,7 @@ def test_file_kind_drains_into_a_full_pipe():
     os.close(reader)
     blocks, skipped, rest = split_blocks(b"".join(received))
     assert [p for _, p in blocks] == sent and not skipped and not rest
+    assert queue.get_stats()["bytes_write"] == 6000 * 55
 
 
 def test_full_disk_is_told_at_close():
