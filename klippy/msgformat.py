@@ -16,7 +16,9 @@ FIELD_KINDS = {
     "%.*s": FIELD_BYTES, "%*s": FIELD_BYTES}
 FIELD_RANGES = {
     "%u": (-0x80000000, 0xffffffff), "%i": (-0x80000000, 0xffffffff),
-    "%hu": (0, 0xffff), "%hi": (-0x8000, 0x7fff), "%c": (0, 0xff)}
+    "%hu": (0, 0xffff), "%hi": (-0x8000, 0x7fff),
+    # negative: as in invert_step=-1, sent like any other integer
+    "%c": (-0x80, 0xff)}
 OUTPUT_CODE = re.compile(r"%(?:\.\*s|\*s|hu|hi|[uics%])?")
 
 

@@ -35,7 +35,9 @@ cdef extern from "vlink.h" nogil:
 
 cdef extern from "vtrace.h" nogil:
     struct vstep:
+        uint8_t both_edges
         int64_t position
+        uint64_t n_steps
         uint8_t is_recording
         uint8_t is_full
         int64_t *record

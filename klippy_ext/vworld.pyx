@@ -377,6 +377,20 @@ cdef class StepTrace:
         """Steps up minus steps down."""
         return self.step.position
 
+    @property
+    def total(self):
+        """Steps up plus steps down."""
+        return self.step.n_steps
+
+    @property
+    def both_edges(self):
+        """Whether both edges of the step pin are steps; may be changed."""
+        return bool(self.step.both_edges)
+
+    @both_edges.setter
+    def both_edges(self, bint value):
+        self.step.both_edges = value
+
     def record(self, bint on=True):
         """Start or stop keeping every step."""
         self.step.is_recording = on

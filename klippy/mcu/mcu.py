@@ -179,7 +179,7 @@ class MCU:
         self._is_configured = True
         machine = self._connection.get_machine()
         if machine is not None:
-            machine.note_configured(self._name)
+            machine.note_configured(self._name, self._config.config_cmds)
         self._start_move_queue(config_params["move_count"])
         for callback in self._post_init_callbacks:
             callback()

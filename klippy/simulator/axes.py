@@ -36,7 +36,6 @@ class Stepper:
     step_dist: float
     step_pin: str
     dir_pin: str
-    is_both_edges: bool
     endstop_pin: str | None
 
 
@@ -92,7 +91,7 @@ def read_stepper(section):
     """Stepper of a section with a step_pin."""
     return Stepper(section.name, calc_step_dist(section),
                    section.get("step_pin"), section.get("dir_pin"),
-                   False, section.get("endstop_pin"))
+                   section.get("endstop_pin"))
 
 
 def build_axes(config, start_position=None):

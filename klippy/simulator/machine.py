@@ -7,11 +7,14 @@ that the config names.  Everything moves in the world's virtual time and
 depends on nothing but the config and the seed.
 """
 import random
+import re
 
 from klippy.errors import ConfigError
 from klippy.simulator import axes, firmware, pinmap, settings, wiring
 
 THERMAL_PERIOD = 0.1
+CONFIG_STEPPER = re.compile(r"config_stepper .*step_pin=(?P<pin>\S+) .*"
+                            r"invert_step=(?P<invert>-?\d+)")
 # Crystals are this exact (one sigma, parts per million).
 CLOCK_SIGMA_PPM = 15.0
 
@@ -35,7 +38,7 @@ class SimMachine:
         self.mcus = self._add_mcus()
         self.pins = pinmap.PinMap(self.config, self._find_pin)
         self.axes = axes.build_axes(self.config, self.options.start_position)
-        self.traces = {}
+        self.traces, self.traces_by_pin = {}, {}
         self._watch_steppers()
         self._bind_switches()
         self.thermal = wiring.ThermalWorld(
@@ -69,9 +72,11 @@ class SimMachine:
             direction = self.pins.lookup(stepper.dir_pin)
             if step is None or direction is None or step.mcu != direction.mcu:
                 continue
-            self.traces[stepper.name] = self.mcus[step.mcu].watch_stepper(
+            trace = self.mcus[step.mcu].watch_stepper(
                 step.number, direction.number, invert_step=step.invert,
-                invert_dir=direction.invert, both_edges=stepper.is_both_edges)
+                invert_dir=direction.invert)
+            self.traces[stepper.name] = trace
+            self.traces_by_pin[step.mcu, step.number] = trace
 
     def _bind_switches(self):
         for switch in self.axes.switches:
@@ -103,15 +108,30 @@ class SimMachine:
         """{pin name of the config: pin number of the simulated board}."""
         return self.pins.get_pin_map(mcu_name)
 
-    def note_configured(self, mcu_name):
-        """The host has configured this mcu."""
+    def note_configured(self, mcu_name, config_cmds):
+        """The host has configured this mcu by these commands (texts).
+
+        They tell which drivers step on both edges of their step pin.
+        """
         self.configured.add(mcu_name)
+        numbers = self.get_pin_map(mcu_name)
+        for cmd in config_cmds:
+            match = CONFIG_STEPPER.match(cmd)
+            if match is None or match["pin"] not in numbers:
+                continue
+            trace = self.traces_by_pin.get((mcu_name, numbers[match["pin"]]))
+            if trace is not None:
+                trace.both_edges = int(match["invert"]) < 0
 
     # What tests and reports ask
 
     def get_step_counts(self):
         """{stepper section: net steps since power-up}."""
         return {name: trace.position for name, trace in self.traces.items()}
+
+    def get_total_steps(self):
+        """{stepper section: steps in both directions since power-up}."""
+        return {name: trace.total for name, trace in self.traces.items()}
 
     def calc_position(self):
         """(x, y, z) in mm where the nozzle really stands; None if unknown."""

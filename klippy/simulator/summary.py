@@ -17,7 +17,7 @@ def collect(machine, printer, result, wall):
         rows.append(("End position",
                      "X%.4f Y%.4f Z%.4f" % result.final_position))
     rows += _collect_steps(machine)
-    rows += _collect_links(machine, printer)
+    rows += _collect_links(machine)
     if result.min_margin is not None:
         rows.append(("Least queue margin", "%.3f s" % result.min_margin))
     rows += [("Stalls", str(result.stalls)),
@@ -49,16 +49,13 @@ def _collect_steps(machine):
     return [("Steps", text)]
 
 
-def _collect_links(machine, printer):
+def _collect_links(machine):
     rows = []
     for name, mcu in machine.mcus.items():
         link = mcu.link
         text = "%s bytes to it, %s back" % (f"{link.bytes_to_mcu:,}",
                                             f"{link.bytes_from_mcu:,}")
         rows.append(("mcu" if name == "mcu" else "mcu " + name, text))
-    moves = machine.get_queue_stats(printer)
-    if moves:
-        rows.append(("Queued on the mcus", moves))
     return rows
 
 

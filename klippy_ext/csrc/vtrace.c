@@ -106,6 +106,7 @@ count_step(struct vstep *s, uint64_t clock)
     int64_t dir = is_up ? 1 : -1;
 
     s->position += dir;
+    s->n_steps++;
     if (s->is_recording && !s->is_full)
         record_step(s, clock, dir);
 }

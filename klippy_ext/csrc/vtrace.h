@@ -22,6 +22,7 @@ struct vstep {
     uint8_t active, dir_active, both_edges;     /* levels that count */
     uint8_t is_recording, is_full;
     int64_t position;           /* steps */
+    uint64_t n_steps;           /* in both directions */
     int64_t *record;            /* pairs of clock and +1 or -1 */
     size_t used, size;          /* in int64 */
 };

@@ -104,7 +104,7 @@ def test_truncated_message_is_dropped_but_not_what_precedes():
 
 @pytest.mark.parametrize("text,match", [
     ("config_endstop oid=1 pin=PB1 pull_up=0", "'pin' of command 'config_endstop'"),
-    ("config_endstop oid=256 pin=PA1 pull_up=0", "from 0 to 255, not 256"),
+    ("config_endstop oid=256 pin=PA1 pull_up=0", "from -128 to 255, not 256"),
     ("config_endstop oid=1 pin=PA1", "does not have the fields"),
     ("config_endstop oid=1 pin=PA1 pull_up=0 pull_up=0", "does not have the fields"),
     ("config_endstp", "did you mean 'config_endstop'"),

@@ -4,11 +4,12 @@
 import sys
 import types
 
+from klippy_ext.vworld import VirtualWorld
+
 from klippy import printer as printer_module
 from klippy.printer import Printer
 from klippy.reactor import Reactor
 from klippy.simulator import firmware
-from klippy_ext.vworld import VirtualWorld
 
 MAIN_CONFIG = "[mcu]\nserial: /dev/none\n"
 OBJECTS_MODULE = "bench_objects"
@@ -32,7 +33,7 @@ class Machine:
     def get_pin_map(self, name):
         return {"PX%d" % (i,): i for i in range(16)}
 
-    def note_configured(self, name):
+    def note_configured(self, name, config_cmds):
         self.configured.append(name)
 
 

@@ -40,7 +40,7 @@ start_position: 5, 10, 3
 %(sim)s
 """
 PINS = {"stepper_x": ("PF0", "PF1", 0), "stepper_y": ("PF6", "PF7", 1),
-        "stepper_z": ("PL3", "PL1", 0)}
+        "stepper_z": ("PL3", "PL1", -1)}
 # Options of the sections that only the motion core reads.
 MOTION_SECTIONS = ("printer", "stepper_x", "stepper_y", "stepper_z")
 
@@ -61,7 +61,8 @@ class Axis:
         self.oid = self.mcu.create_oid()
         self.mcu.add_config_cmd(
             "config_stepper oid=%d step_pin=%s dir_pin=%s invert_step=%d"
-            " step_pulse_ticks=40" % (self.oid, step, direction, invert))
+            " step_pulse_ticks=%d" % (self.oid, step, direction, invert,
+                                      2 if invert < 0 else 40))
         self.commands = [self.mcu.lookup_command(text) for text in (
             "reset_step_clock oid=%c clock=%u",
             "set_next_step_dir oid=%c dir=%c",
@@ -149,6 +150,18 @@ def test_inverted_step_pin_counts_the_same(make_bench):
         assert (steps["stepper_y"][1:100, 0] -
                 steps["stepper_y"][:99, 0] == 4000).all()
         assert len(steps["stepper_x"]) == 0
+    make_bench().run(body)
+
+
+def test_both_edge_stepping_is_seen_in_the_configuration(make_bench):
+    def body(it):
+        it.axes["stepper_z"].move(it, 1, 50)
+        assert it.machine.traces["stepper_z"].both_edges
+        assert not it.machine.traces["stepper_x"].both_edges
+        assert it.machine.get_step_counts()["stepper_z"] == 50
+        it.axes["stepper_z"].move(it, 0, 20)
+        assert it.machine.get_step_counts()["stepper_z"] == 30
+        assert it.machine.get_total_steps()["stepper_z"] == 70
     make_bench().run(body)
 
 
