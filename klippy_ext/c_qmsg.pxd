@@ -3,6 +3,9 @@ from libc.stdint cimport uint8_t, uint64_t
 
 
 cdef extern from "qmsg.h" nogil:
+    enum:
+        QMSG_DATA_MAX
+
     struct qmsg:
         qmsg *next
         uint64_t min_clock
@@ -22,3 +25,6 @@ cdef extern from "qmsg.h" nogil:
         void (*send_batch)(void *ctx, qfifo *batch) noexcept
 
     void qmsg_free(qmsg *m)
+    void qfifo_clear(qfifo *f)
+    void qfifo_join(qfifo *dst, qfifo *src)
+    qmsg *qfifo_pop(qfifo *f)

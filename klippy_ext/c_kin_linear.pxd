@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+cdef extern from "kin_linear.h" nogil:
+    struct kin_linear:
+        pass
+
+    kin_linear *kin_linear_new(double cx, double cy, double cz)

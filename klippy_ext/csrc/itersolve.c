@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Times of steps, what all kinematics share.  See itersolve.h. */
+#include <math.h>
+#include <string.h>
+
+#include "itersolve.h"
+#include "stepcompress.h"
+
+enum { BATCH = 128 };
+
+void
+itersolve_init(struct itersolve *is, const struct itersolve_kind *kind,
+               uint32_t active_axes)
+{
+    is->kind = kind;
+    is->active_axes = active_axes;
+    is->step_dist = is->inv_step_dist = 1.;
+}
+
+void
+itersolve_set_trapq(struct itersolve *is, const struct trapq *tq)
+{
+    is->tq = tq;
+    is->cursor = 0;
+}
+
+void
+itersolve_set_stepcompress(struct itersolve *is, struct stepcompress *sc,
+                           double step_dist)
+{
+    double commanded = itersolve_get_commanded_pos(is);
+
+    is->sc = sc;
+    is->step_dist = step_dist;
+    is->inv_step_dist = 1. / step_dist;
+    is->origin = commanded;
+    is->n_steps = 0;
+}
+
+double
+itersolve_calc_position(const struct itersolve *is, const double pos[3])
+{
+    return is->kind->get_position(is, pos);
+}
+
+void
+itersolve_set_position(struct itersolve *is, const double pos[3])
+{
+    is->origin = itersolve_calc_position(is, pos);
+    is->n_steps = 0;
+}
+
+double
+itersolve_get_commanded_pos(const struct itersolve *is)
+{
+    return is->origin + (double)is->n_steps * is->step_dist;
+}
+
+int
+itersolve_is_active_axis(const struct itersolve *is, char axis)
+{
+    return axis >= 'x' && axis <= 'z'
+        && (is->active_axes & (1u << (axis - 'x'))) != 0;
+}
+
+double
+itersolve_find_active(const struct itersolve *is, double until)
+{
+    const struct trapq *tq = is->tq;
+
+    if (!tq)
+        return 0.;
+    for (uint64_t i = trapq_find(tq, is->cursor, is->done_time);
+         i < tq->end; i++) {
+        const struct trapseg *seg = trapq_get(tq, i);
+        if (seg->time >= until)
+            break;
+        if (itersolve_is_moved_by(is, seg) && !trapseg_is_rest(seg))
+            return seg->time;
+    }
+    return 0.;
+}
+
+/* ---- Making steps ---- */
+
+int
+itersolve_push(struct itersolve *is, const double *times, int n, int dir)
+{
+    is->n_steps += dir * n;
+    return is->sc ? stepcompress_push(is->sc, times, n, dir) : 0;
+}
+
+/* Count the steps by which `steps` is out of the range. */
+static int
+push_jump(struct itersolve *is, double time, double steps)
+{
+    double off = steps - (double)is->n_steps;
+    int dir = off > 0. ? 1 : -1, ret = 0;
+
+    if (!(fabs(off) < ITERSOLVE_JUMP_MAX))
+        return ITERSOLVE_EJUMP;
+    for (int64_t n = (int64_t)(fabs(off) + .5); n > 0 && !ret; n--)
+        ret = itersolve_push(is, &time, 1, dir);
+    return ret;
+}
+
+int
+itersolve_align(struct itersolve *is, double time, double steps)
+{
+    if (fabs(steps - (double)is->n_steps) <= .5 + STEP_SLACK)
+        return 0;
+    return push_jump(is, time, steps);
+}
+
+/* Times at which x = speed * t + half_accel * t^2 reaches first, first + 1,
+ * ...; speed and the way are not negative.  This form of the root does not
+ * cancel; 1e-300 is for 0 / 0. */
+static void
+solve_batch(double *times, int n, double first, double speed,
+            double half_accel)
+{
+    double speed2 = speed * speed, four = 4. * half_accel;
+
+    for (int i = 0; i < n; i++) {
+        double way = first + (double)i;
+        double inside = speed2 + four * way;
+        inside = inside > 0. ? inside : 0.;
+        times[i] = 2. * way / (speed + sqrt(inside) + 1e-300);
+    }
+}
+
+static void
+place_batch(double *times, int n, double start, double duration)
+{
+    for (int i = 0; i < n; i++) {
+        double t = times[i] > 0. ? times[i] : 0.;
+        times[i] = start + (t < duration ? t : duration);
+    }
+}
+
+/* The part of q between `from` and `to`, on which it never turns. */
+static int
+emit_monotone(struct itersolve *is, const struct quadratic *q, double from,
+              double to)
+{
+    double begin = q->p0 + (q->p1 + q->p2 * from) * from;
+    double end = q->p0 + (q->p1 + q->p2 * to) * to;
+    int dir = end >= begin ? 1 : -1;
+    int ret = itersolve_align(is, q->time + from, begin);
+    int64_t count = itersolve_count_to(is, end, dir);
+    double first = dir * (itersolve_get_level(is, 0, dir) - begin);
+    double speed = fmax(dir * (q->p1 + 2. * q->p2 * from), 0.);
+
+    for (int64_t done = 0; done < count && !ret; done += BATCH) {
+        double times[BATCH];
+        int n = count - done < BATCH ? (int)(count - done) : BATCH;
+        solve_batch(times, n, first + (double)done, speed, dir * q->p2);
+        place_batch(times, n, q->time + from, to - from);
+        ret = itersolve_push(is, times, n, dir);
+    }
+    return ret;
+}
+
+int
+itersolve_emit_quadratic(struct itersolve *is, const struct quadratic *q,
+                         double from, double to)
+{
+    double turn = q->p2 != 0. ? -.5 * q->p1 / q->p2 : -1.;
+    int ret;
+
+    if (!(from < turn && turn < to))
+        return emit_monotone(is, q, from, to);
+    ret = emit_monotone(is, q, from, turn);
+    return ret ? ret : emit_monotone(is, q, turn, to);
+}
+
+static int
+emit_segments(struct itersolve *is, double start, double end)
+{
+    const struct trapq *tq = is->tq;
+    uint64_t i = trapq_find(tq, is->cursor, start);
+    int ret = 0;
+
+    for (; i < tq->end && !ret; i++) {
+        const struct trapseg *seg = trapq_get(tq, i);
+        double from = fmax(start - seg->time, 0.);
+        double to = fmin(end - seg->time, seg->duration);
+        is->cursor = i;
+        if (seg->time >= end)
+            break;
+        if (to > from && itersolve_is_moved_by(is, seg))
+            ret = is->kind->emit(is, seg, from, to);
+    }
+    return ret;
+}
+
+int
+itersolve_generate(struct itersolve *is, double print_time)
+{
+    double start = is->done_time;
+    int ret = 0;
+
+    if (!(print_time > start))
+        return 0;
+    is->done_time = print_time;
+    if (is->tq && is->active_axes && !trapq_is_empty(is->tq))
+        ret = is->kind->emit_range
+            ? is->kind->emit_range(is, start, print_time)
+            : emit_segments(is, start, print_time);
+    if (is->sc)
+        stepcompress_note_made(is->sc, print_time);
+    return ret;
+}

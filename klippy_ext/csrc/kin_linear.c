@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Linear kinematics.  See kin_linear.h. */
+#include <stdlib.h>
+
+#include "kin_linear.h"
+
+static double
+get_sum(const struct itersolve *is, const double v[3])
+{
+    const double *c = ((const struct kin_linear *)is)->coeffs;
+
+    return c[0] * v[0] + c[1] * v[1] + c[2] * v[2];
+}
+
+static int
+emit(struct itersolve *is, const struct trapseg *seg, double from, double to)
+{
+    double ratio = get_sum(is, seg->axes_r) * is->inv_step_dist;
+    struct quadratic q = {
+        .time = seg->time,
+        .p0 = itersolve_to_steps(is, get_sum(is, seg->start)),
+        .p1 = ratio * seg->start_v, .p2 = ratio * seg->half_accel,
+    };
+
+    if (ratio == 0.)
+        return 0;
+    return itersolve_emit_quadratic(is, &q, from, to);
+}
+
+static const struct itersolve_kind kind = {
+    .get_position = get_sum, .emit = emit,
+};
+
+struct kin_linear *
+kin_linear_new(double cx, double cy, double cz)
+{
+    struct kin_linear *k = calloc(1, sizeof(*k));
+
+    if (!k)
+        return NULL;
+    k->coeffs[0] = cx;
+    k->coeffs[1] = cy;
+    k->coeffs[2] = cz;
+    itersolve_init(&k->is, &kind, (cx != 0. ? ITERSOLVE_X : 0u)
+                   | (cy != 0. ? ITERSOLVE_Y : 0u)
+                   | (cz != 0. ? ITERSOLVE_Z : 0u));
+    return k;
+}

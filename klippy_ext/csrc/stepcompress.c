@@ -1,0 +1,367 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Times of steps into messages.  See stepcompress.h. */
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "msgblock.h"
+#include "stepcompress.h"
+#include "stephist.h"
+
+/* A step further than this (ticks) from the one before is sent by itself. */
+#define FAR_TICKS (INT64_C(1) << 30)
+
+struct stepcompress {
+    uint32_t oid;
+    struct stepcompress_options options;
+    double offset, freq;
+    int64_t made_clock;         /* no step comes before it any more */
+    int64_t before_clock;       /* wanted clock of the step before `held` */
+    int64_t held_clock;
+    int8_t held_dir;            /* 0: none is held */
+    int8_t run_dir;             /* of the windows in `fit` */
+    int8_t sent_dir;            /* what the mcu was told; 0: nothing */
+    int64_t position;           /* after the runs that became messages */
+    int64_t pending;            /* steps in fit and held, signed */
+    uint64_t n_steps, n_runs;
+    struct qfifo out;
+    struct stephist history;
+    struct runfit fit;
+};
+
+struct stepcompress *
+stepcompress_new(uint32_t oid)
+{
+    struct stepcompress *sc = calloc(1, sizeof(*sc));
+
+    if (!sc)
+        return NULL;
+    if (stephist_init(&sc->history)) {
+        free(sc);
+        return NULL;
+    }
+    sc->oid = oid;
+    runfit_reset(&sc->fit, 0);
+    return sc;
+}
+
+void
+stepcompress_delete(struct stepcompress *sc)
+{
+    if (!sc)
+        return;
+    qfifo_clear(&sc->out);
+    stephist_free(&sc->history);
+    free(sc);
+}
+
+void
+stepcompress_configure(struct stepcompress *sc,
+                       const struct stepcompress_options *options)
+{
+    sc->options = *options;
+}
+
+void
+stepcompress_set_time(struct stepcompress *sc, double offset, double freq)
+{
+    sc->offset = offset;
+    sc->freq = freq;
+}
+
+/* ---- Messages ---- */
+
+static int
+send_dir(struct stepcompress *sc, int dir, uint64_t req_clock)
+{
+    struct qmsg *m = qmsg_new();
+    uint8_t *p;
+
+    if (!m)
+        return -ENOMEM;
+    p = msgblock_put_int(m->data, sc->options.set_dir_tag);
+    p = msgblock_put_int(p, sc->oid);
+    p = msgblock_put_int(p, (dir > 0) != !!sc->options.invert_dir);
+    m->len = (uint8_t)(p - m->data);
+    m->req_clock = req_clock;
+    qfifo_push(&sc->out, m);
+    sc->sent_dir = (int8_t)dir;
+    return 0;
+}
+
+static int
+send_run(struct stepcompress *sc, const struct steprun *run, int dir)
+{
+    uint64_t first = (uint64_t)(run->start + run->interval);
+    struct qmsg *m;
+    uint8_t *p;
+
+    if (dir != sc->sent_dir && send_dir(sc, dir, first))
+        return -ENOMEM;
+    m = qmsg_new();
+    if (!m)
+        return -ENOMEM;
+    p = msgblock_put_int(m->data, sc->options.queue_step_tag);
+    p = msgblock_put_int(p, sc->oid);
+    p = msgblock_put_int(p, run->interval);
+    p = msgblock_put_int(p, run->count);
+    p = msgblock_put_int(p, (uint32_t)(int32_t)run->add);
+    m->len = (uint8_t)(p - m->data);
+    m->req_clock = first;
+    m->min_clock = STEPMSG_CELL;
+    qfifo_push(&sc->out, m);
+    return 0;
+}
+
+static int
+emit_run(struct stepcompress *sc, const struct steprun *run, int64_t first)
+{
+    int dir = sc->run_dir;
+    struct stephistory entry = {
+        .first_clock = first, .last_clock = run->end,
+        .start_position = sc->position, .count = dir * run->count,
+        .add = run->add, .interval = run->interval,
+    };
+
+    sc->position += entry.count;
+    sc->pending -= entry.count;
+    sc->n_runs++;
+    sc->n_steps += run->count;
+    if (stephist_add(&sc->history, &entry))
+        return -ENOMEM;
+    return send_run(sc, run, dir);
+}
+
+/* ---- Runs ---- */
+
+static int
+emit_ready(struct stepcompress *sc)
+{
+    struct steprun run;
+    int ret = 0;
+
+    while (!ret && runfit_take(&sc->fit, &run))
+        ret = emit_run(sc, &run, run.start + run.interval);
+    return ret;
+}
+
+static int
+emit_open(struct stepcompress *sc)
+{
+    if (runfit_is_empty(&sc->fit))
+        return 0;
+    runfit_close(&sc->fit);
+    return emit_ready(sc);
+}
+
+/* A step after a long rest; its interval is sent modulo 2^32. */
+static int
+emit_far(struct stepcompress *sc, int64_t clock)
+{
+    struct steprun run = {
+        .start = clock - (uint32_t)(clock - sc->fit.start), .end = clock,
+        .interval = (uint32_t)(clock - sc->fit.start), .count = 1,
+    };
+
+    runfit_reset(&sc->fit, clock);
+    return emit_run(sc, &run, clock);
+}
+
+/* Hand the held step on; `gap` is the time to the step after it. */
+static int
+settle(struct stepcompress *sc, int64_t gap)
+{
+    int64_t clock = sc->held_clock, before = clock - sc->before_clock;
+    int64_t error = ((gap < before ? gap : before) - 1) / 2;
+    int ret = 0;
+
+    if (error > sc->options.max_error)
+        error = sc->options.max_error;
+    if (sc->held_dir != sc->run_dir) {
+        ret = emit_open(sc);
+        sc->run_dir = sc->held_dir;
+    }
+    sc->before_clock = clock;
+    sc->held_dir = 0;
+    if (ret)
+        return ret;
+    if (before >= FAR_TICKS) {
+        ret = emit_open(sc);
+        return ret ? ret : emit_far(sc, clock);
+    }
+    if (runfit_add(&sc->fit, clock - error, clock + error))
+        return emit_ready(sc);
+    return 0;
+}
+
+/* Is the held step undone by one at `clock` in direction dir? */
+static int
+is_cancelled(const struct stepcompress *sc, int64_t clock, int dir)
+{
+    return sc->held_dir == -dir
+        && clock - sc->held_clock <= 2 * (int64_t)sc->options.max_error;
+}
+
+static int
+push_step(struct stepcompress *sc, int64_t clock, int dir)
+{
+    int64_t newest = sc->held_dir ? sc->held_clock : sc->before_clock;
+    int ret = 0;
+
+    sc->pending += dir;
+    if (is_cancelled(sc, clock, dir)) {
+        sc->held_dir = 0;
+        return 0;
+    }
+    if (clock <= newest)
+        clock = newest + 1;
+    if (sc->held_dir)
+        ret = settle(sc, clock - sc->held_clock);
+    sc->held_clock = clock;
+    sc->held_dir = (int8_t)dir;
+    return ret;
+}
+
+int
+stepcompress_push(struct stepcompress *sc, const double *times, int n, int dir)
+{
+    for (int i = 0; i < n; i++) {
+        double clock = (times[i] - sc->offset) * sc->freq;
+        int ret = push_step(sc, (int64_t)(clock + .5), dir);
+        if (ret)
+            return ret;
+    }
+    return 0;
+}
+
+void
+stepcompress_note_made(struct stepcompress *sc, double print_time)
+{
+    int64_t clock = (int64_t)((print_time - sc->offset) * sc->freq);
+
+    if (clock > sc->made_clock)
+        sc->made_clock = clock;
+}
+
+/* The held step's successor is unknown, but not before made_clock. */
+static int
+settle_held(struct stepcompress *sc)
+{
+    int64_t gap = sc->made_clock - sc->held_clock;
+
+    return sc->held_dir ? settle(sc, gap > 1 ? gap : 1) : 0;
+}
+
+int
+stepcompress_flush(struct stepcompress *sc, int64_t clock)
+{
+    int ret = 0;
+
+    if (sc->held_dir && sc->held_clock < clock)
+        ret = settle_held(sc);
+    if (!ret && !runfit_is_empty(&sc->fit)
+        && runfit_get_first(&sc->fit) < clock)
+        ret = emit_open(sc);
+    return ret;
+}
+
+static int
+emit_all(struct stepcompress *sc)
+{
+    int ret = settle_held(sc);
+
+    return ret ? ret : emit_open(sc);
+}
+
+int
+stepcompress_reset(struct stepcompress *sc, int64_t clock)
+{
+    int ret = emit_all(sc);
+
+    runfit_reset(&sc->fit, clock);
+    sc->before_clock = clock;
+    sc->run_dir = sc->sent_dir = 0;
+    return ret;
+}
+
+int
+stepcompress_add_message(struct stepcompress *sc, const uint8_t *data,
+                         size_t len, uint64_t req_clock)
+{
+    int ret = emit_all(sc);
+    struct qmsg *m;
+
+    if (ret)
+        return ret;
+    m = qmsg_new();
+    if (!m)
+        return -ENOMEM;
+    memcpy(m->data, data, len);
+    m->len = (uint8_t)len;
+    m->req_clock = req_clock ? req_clock : (uint64_t)sc->fit.start;
+    m->min_clock = req_clock ? STEPMSG_CELL : 0;
+    qfifo_push(&sc->out, m);
+    return 0;
+}
+
+/* ---- Positions ---- */
+
+int
+stepcompress_set_last_position(struct stepcompress *sc, int64_t clock,
+                               int64_t position)
+{
+    int ret = emit_all(sc);
+    struct stephistory mark = {
+        .first_clock = clock, .last_clock = clock, .start_position = position,
+    };
+
+    sc->position = position;
+    return ret ? ret : stephist_add(&sc->history, &mark);
+}
+
+int64_t
+stepcompress_get_last_position(const struct stepcompress *sc)
+{
+    return sc->position + sc->pending;
+}
+
+int64_t
+stepcompress_find_position(const struct stepcompress *sc, int64_t clock)
+{
+    return stephist_find_position(&sc->history, clock, sc->position);
+}
+
+int
+stepcompress_extract(const struct stepcompress *sc, struct stephistory *out,
+                     int max, int64_t start, int64_t end)
+{
+    return stephist_extract(&sc->history, out, max, start, end);
+}
+
+void
+stepcompress_forget(struct stepcompress *sc, int64_t clock)
+{
+    stephist_forget(&sc->history, clock);
+}
+
+struct qfifo *
+stepcompress_get_out(struct stepcompress *sc)
+{
+    return &sc->out;
+}
+
+void
+stepcompress_get_counts(const struct stepcompress *sc, uint64_t *n_steps,
+                        uint64_t *n_runs)
+{
+    *n_steps = sc->n_steps;
+    *n_runs = sc->n_runs;
+}
+
+int
+stepcompress_check(const struct stepcompress *sc)
+{
+    if (sc->held_dir && sc->held_clock <= sc->before_clock)
+        return -10;
+    return runfit_check(&sc->fit);
+}

@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * All steppers of one mcu.  See steppersync.h. */
+#include <errno.h>
+#include <stdlib.h>
+
+#include "steppersync.h"
+
+struct member {
+    struct stepcompress *sc;
+    struct itersolve *is;
+};
+
+struct steppersync {
+    struct qsink sink;
+    struct member *members;
+    int n_members, failed;
+    double offset, freq;
+    uint32_t move_count;
+    uint64_t *cells;            /* heap: when each becomes free */
+};
+
+struct steppersync *
+steppersync_new(const struct qsink *sink, uint32_t move_count)
+{
+    struct steppersync *ss = calloc(1, sizeof(*ss));
+
+    if (!ss)
+        return NULL;
+    ss->sink = *sink;
+    ss->move_count = move_count ? move_count : 1;
+    ss->cells = calloc(ss->move_count, sizeof(*ss->cells));
+    if (!ss->cells) {
+        free(ss);
+        return NULL;
+    }
+    return ss;
+}
+
+void
+steppersync_delete(struct steppersync *ss)
+{
+    if (!ss)
+        return;
+    free(ss->members);
+    free(ss->cells);
+    free(ss);
+}
+
+int
+steppersync_add(struct steppersync *ss, struct stepcompress *sc,
+                struct itersolve *is)
+{
+    size_t count = (size_t)ss->n_members + 1;
+    struct member *grown = realloc(ss->members, count * sizeof(*grown));
+
+    if (!grown)
+        return -ENOMEM;
+    ss->members = grown;
+    grown[ss->n_members] = (struct member) { sc, is };
+    if (ss->freq > 0.)
+        stepcompress_set_time(sc, ss->offset, ss->freq);
+    return ss->n_members++;
+}
+
+void
+steppersync_set_kinematics(struct steppersync *ss, int number,
+                           struct itersolve *is)
+{
+    ss->members[number].is = is;
+}
+
+void
+steppersync_set_time(struct steppersync *ss, double offset, double freq)
+{
+    ss->offset = offset;
+    ss->freq = freq;
+    for (int i = 0; i < ss->n_members; i++)
+        stepcompress_set_time(ss->members[i].sc, offset, freq);
+}
+
+int
+steppersync_generate(struct steppersync *ss, double print_time)
+{
+    int ret = 0;
+
+    for (int i = 0; i < ss->n_members && !ret; i++) {
+        if (!ss->members[i].is)
+            continue;
+        ret = itersolve_generate(ss->members[i].is, print_time);
+        ss->failed = i;
+    }
+    return ret;
+}
+
+int
+steppersync_get_failed(const struct steppersync *ss)
+{
+    return ss->failed;
+}
+
+/* ---- Cells ---- */
+
+/* Take the cell that is free first, until `until`.  Returns when that is. */
+static uint64_t
+take_cell(struct steppersync *ss, uint64_t until)
+{
+    uint64_t *cells = ss->cells, first = cells[0];
+    uint32_t hole = 0, child;
+
+    while ((child = 2 * hole + 1) < ss->move_count) {
+        if (child + 1 < ss->move_count && cells[child + 1] < cells[child])
+            child++;
+        if (until <= cells[child])
+            break;
+        cells[hole] = cells[child];
+        hole = child;
+    }
+    cells[hole] = until;
+    return first;
+}
+
+/* The stepper whose next message is needed first, before `clock`. */
+static struct qfifo *
+find_first(const struct steppersync *ss, uint64_t clock)
+{
+    struct qfifo *best = NULL;
+
+    for (int i = 0; i < ss->n_members; i++) {
+        struct qfifo *out = stepcompress_get_out(ss->members[i].sc);
+        if (!out->head || out->head->req_clock >= clock)
+            continue;
+        if (!best || out->head->req_clock < best->head->req_clock)
+            best = out;
+    }
+    return best;
+}
+
+int
+steppersync_flush(struct steppersync *ss, uint64_t clock, uint64_t clear_clock)
+{
+    struct qfifo batch = { NULL, NULL }, *out;
+    int ret = 0;
+
+    for (int i = 0; i < ss->n_members; i++) {
+        struct stepcompress *sc = ss->members[i].sc;
+        int err = stepcompress_flush(sc, (int64_t)clock);
+        ret = ret ? ret : err;
+        stepcompress_forget(sc, (int64_t)clear_clock);
+    }
+    while ((out = find_first(ss, clock)) != NULL) {
+        struct qmsg *m = qfifo_pop(out);
+        if (m->min_clock == STEPMSG_CELL)
+            m->min_clock = take_cell(ss, m->req_clock);
+        qfifo_push(&batch, m);
+    }
+    if (!qfifo_is_empty(&batch))
+        ss->sink.send_batch(ss->sink.ctx, &batch);
+    return ret;
+}
+
+int
+steppersync_check(const struct steppersync *ss)
+{
+    for (uint32_t i = 1; i < ss->move_count; i++)
+        if (ss->cells[i] < ss->cells[(i - 1) / 2])
+            return -1;
+    for (int i = 0; i < ss->n_members; i++) {
+        int ret = stepcompress_check(ss->members[i].sc);
+        if (ret)
+            return ret;
+    }
+    return 0;
+}

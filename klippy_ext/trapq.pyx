@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Owner of a trapq: the queue of planned motion.
+
+Units: mm, mm/s, mm/s^2, s; times are print_time.
+"""
+
+cimport cython
+from libc.errno cimport ENOMEM
+from libc.stdint cimport uintptr_t
+from libc.stdlib cimport free, malloc
+
+from klippy_ext.c_trapq cimport (
+    trap_move,
+    trap_record,
+    trapq,
+    trapq_add,
+    trapq_check,
+    trapq_delete,
+    trapq_extract,
+    trapq_finalize,
+    trapq_new,
+    trapq_set_position,
+)
+
+
+cdef class TrapMove:
+    """One straight move: speed up, cruise, slow down.
+
+    accel_t, cruise_t, decel_t: s.  start_x ... : mm.  axes_r_x ... : mm of
+    the axis a mm of the move.  start_v, cruise_v: mm/s.  accel: mm/s^2, used
+    for both ends.  On an extruder's queue x is the filament, and axes_r_y is
+    not 0 where pressure advance applies.
+    """
+
+
+@cython.no_gc_clear
+cdef class TrapQ:
+    """Queue of moves, with a history for reports."""
+
+    def __cinit__(self):
+        self.origin = None
+
+    def __init__(self):
+        if self.tq is not NULL:
+            raise RuntimeError("a TrapQ is initialized once")
+        self.tq = trapq_new()
+        self.is_owner = True
+        if self.tq is NULL:
+            raise MemoryError()
+
+    def __dealloc__(self):
+        if self.is_owner:
+            trapq_delete(self.tq)
+
+    @staticmethod
+    def from_pointer(address, origin=None):
+        """Wrap a trapq that somebody else owns, by its address.
+
+        origin: an object to keep alive with the wrapper.
+        Raises ValueError for address 0.
+        """
+        cdef TrapQ self = TrapQ.__new__(TrapQ)
+        self.tq = <trapq *><uintptr_t>address
+        self.origin = origin
+        if self.tq is NULL:
+            raise ValueError("trapq pointer is NULL")
+        return self
+
+    cpdef int append(self, double print_time, TrapMove move) except -1:
+        """Add a move that begins at print_time.
+
+        Raises ValueError if a value is not finite or a time is negative.
+        """
+        cdef trap_move m
+        m.accel_t = move.accel_t
+        m.cruise_t = move.cruise_t
+        m.decel_t = move.decel_t
+        m.start[0] = move.start_x
+        m.start[1] = move.start_y
+        m.start[2] = move.start_z
+        m.axes_r[0] = move.axes_r_x
+        m.axes_r[1] = move.axes_r_y
+        m.axes_r[2] = move.axes_r_z
+        m.start_v = move.start_v
+        m.cruise_v = move.cruise_v
+        m.accel = move.accel
+        raise_error(trapq_add(self.tq, print_time, &m))
+        return 0
+
+    def set_position(self, double print_time, double x, double y, double z):
+        """From print_time on the position is this.
+
+        What was planned for later is dropped; a mark is left in the history.
+        Raises ValueError if a value is not finite.
+        """
+        cdef double[3] pos = [x, y, z]
+        raise_error(trapq_set_position(self.tq, print_time, pos))
+
+    def finalize(self, double print_time, double clear_history_time):
+        """Steps up to print_time are made; forget older history."""
+        trapq_finalize(self.tq, print_time, clear_history_time)
+
+    def extract_old(self, int max, double start_time, double end_time):
+        """Moves that overlap the span of time, newest first, at most max.
+
+        Each is (print_time, move_t, start_v, accel, start_x, y, z, x_r, y_r,
+        z_r).
+        """
+        if max <= 0:
+            return []
+        cdef trap_record *r = <trap_record *>malloc(max * sizeof(trap_record))
+        if r is NULL:
+            raise MemoryError()
+        try:
+            count = trapq_extract(self.tq, r, max, start_time, end_time)
+            return [(r[i].print_time, r[i].move_t, r[i].start_v, r[i].accel,
+                     r[i].start[0], r[i].start[1], r[i].start[2],
+                     r[i].axes_r[0], r[i].axes_r[1], r[i].axes_r[2])
+                    for i in range(count)]
+        finally:
+            free(r)
+
+    def check(self):
+        """Raise AssertionError if an invariant does not hold (for tests)."""
+        cdef int ret = trapq_check(self.tq)
+        if ret:
+            raise AssertionError("trapq is inconsistent: %d" % (ret,))
+
+
+cdef int raise_error(int ret) except -1:
+    if ret == -ENOMEM:
+        raise MemoryError()
+    if ret:
+        raise ValueError("a move's values must be finite and its times not"
+                         " negative")
+    return 0
