@@ -15,3 +15,5 @@ cdef class StepperSync:
     cdef readonly object command_queue
     cdef readonly int move_count
     cdef list members
+
+    cdef int raise_failure(self, int ret, double gen_time) except -1

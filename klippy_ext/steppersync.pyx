@@ -6,7 +6,14 @@ from libc.errno cimport ENOMEM
 from libc.stdint cimport uint64_t
 
 from klippy_ext.c_itersolve cimport itersolve
-from klippy_ext.c_qmsg cimport qfifo, qfifo_clear, qfifo_join, qfifo_pop, qmsg_free, qsink
+from klippy_ext.c_qmsg cimport (
+    qfifo,
+    qfifo_clear,
+    qfifo_join,
+    qfifo_pop,
+    qmsg_free,
+    qsink,
+)
 from klippy_ext.c_steppersync cimport (
     steppersync_add,
     steppersync_check,
@@ -116,7 +123,18 @@ cdef class StepperSync:
         cdef int ret
         with nogil:
             ret = steppersync_generate(self.ss, gen_time)
-        raise_error(ret, gen_time)
+        if ret:
+            self.raise_failure(ret, gen_time)
+
+    cdef int raise_failure(self, int ret, double gen_time) except -1:
+        cdef StepCompress member = self.members[
+            steppersync_get_failed(self.ss)][0]
+        try:
+            raise_error(ret, gen_time)
+        except ValueError as error:
+            raise ValueError("stepper with oid %d: %s"
+                             % (member.oid, error)) from None
+        return 0
 
     def flush(self, uint64_t clock, uint64_t clear_history_clock=0):
         """Send all messages that are needed before clock.

@@ -1,22 +1,158 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Longest runs of steps.  See runfit.h. */
+ * Long runs of steps.  See runfit.h. */
 #include <math.h>
 #include <string.h>
 
 #include "runfit.h"
 
-#define EPSILON 1e-9
+enum { PROBES = 4 };
+
+/* A run is stretched beyond its best length if that gives this much more. */
+#define STRETCH 1.25
 
 void
 runfit_reset(struct runfit *f, int64_t start)
 {
-    f->start = f->last_hi = start;
-    f->n_fit = 0;
-    f->n_stored = f->n_tracks = f->n_corners = 0;
-    f->is_closing = 0;
+    f->start = start;
+    f->first = f->end = f->n_tracks = 0;
+    f->last_count = 8;
 }
 
-/* ---- Tracks: one add, exact ---- */
+/* ---- Trying one length ---- */
+
+struct curve {
+    int64_t interval, add;
+};
+
+static inline int64_t
+get_clock(const struct curve *c, int64_t k)
+{
+    return c->interval * k + c->add * (k * (k - 1) / 2);
+}
+
+/* Wanted clock of step k = 1, 2, ... of the next run, from its start. */
+static inline int64_t
+get_wanted(const struct runfit *f, int64_t k)
+{
+    return f->wanted[f->first + k - 1] - f->start;
+}
+
+static inline int
+is_met(const struct runfit *f, int64_t k, int64_t clock)
+{
+    int64_t error = f->error[f->first + k - 1];
+
+    return (uint64_t)(clock - get_wanted(f, k) + error)
+        <= (uint64_t)(2 * error);
+}
+
+/* The curve through the start, the middle and step n.  Returns 0 if its add
+ * is too large for a message. */
+static int
+draw_curve(const struct runfit *f, int64_t n, struct curve *c)
+{
+    int64_t middle = n / 2;
+    double end = (double)get_wanted(f, n) / (double)n, add, rest;
+
+    *c = (struct curve) { get_wanted(f, 1), 0 };
+    if (n == 1)
+        return 1;
+    add = 2. * (end - (double)get_wanted(f, middle) / (double)middle)
+        / (double)(n - middle);
+    if (!(fabs(add) < 32767.))
+        return 0;
+    c->add = (int64_t)floor(add + .5);
+    rest = end - .5 * (double)(c->add * (n - 1));
+    c->interval = (int64_t)floor(rest + .5);
+    return 1;
+}
+
+/* How many of the next n windows the curve meets before it misses one. */
+static int64_t
+count_met(const struct runfit *f, const struct curve *c, int64_t n)
+{
+    const int64_t *wanted = &f->wanted[f->first];
+    const uint32_t *error = &f->error[f->first];
+    int64_t clock = f->start, ahead = c->interval;
+
+    for (int64_t k = 0; k < n; k++) {
+        clock += ahead;
+        ahead += c->add;
+        if ((uint64_t)(clock - wanted[k] + error[k]) > 2 * (uint64_t)error[k])
+            return k;
+    }
+    return n;
+}
+
+/* Does a run of n steps seem possible?  The steps that are probed are where a
+ * smooth path is furthest from the curve. */
+static int
+probe(const struct runfit *f, int64_t n, struct curve *c)
+{
+    const int64_t steps[PROBES] = {
+        n, (n * 13 + 32) / 64 + !n, (n * 51 + 32) / 64, (n + 1) / 2,
+    };
+
+    if (!draw_curve(f, n, c))
+        return 0;
+    for (int i = 0; i < PROBES; i++)
+        if (steps[i] && !is_met(f, steps[i], get_clock(c, steps[i])))
+            return 0;
+    return 1;
+}
+
+/* ---- Searching the length ---- */
+
+static int64_t
+grow(int64_t n, int64_t limit)
+{
+    int64_t more = n + n / 4 + 1;
+
+    return more < limit ? more : limit;
+}
+
+/* The greatest length, about, that probe() accepts; 1 always does. */
+static int64_t
+search_length(const struct runfit *f, int64_t limit)
+{
+    int64_t good = f->last_count < limit ? f->last_count : limit, bad;
+    struct curve c;
+
+    if (probe(f, good, &c)) {
+        for (bad = grow(good, limit); bad > good && probe(f, bad, &c);
+             bad = grow(good, limit))
+            good = bad;
+        if (good == limit)
+            return good;
+    } else {
+        do {
+            bad = good;
+            good -= good / 4 + 1;
+        } while (good > 1 && !probe(f, good, &c));
+        good = good > 1 ? good : 1;
+    }
+    while (bad - good > 1 + good / 32) {
+        int64_t n = (good + bad) / 2;
+        if (probe(f, n, &c))
+            good = n;
+        else
+            bad = n;
+    }
+    return good;
+}
+
+/* The length of the next run and its curve, every step checked. */
+static int64_t
+choose_length(const struct runfit *f, struct curve *c)
+{
+    int64_t limit = f->end - f->first, n = search_length(f, limit), met;
+
+    while (!probe(f, n, c) || (met = count_met(f, c, limit)) < n)
+        n -= n / 16 + 1;
+    return (double)met > STRETCH * (double)n ? met : n;
+}
+
+/* ---- Tracks: one add, all intervals ---- */
 
 static int64_t
 div_up(int64_t a, int64_t b)
@@ -25,13 +161,9 @@ div_up(int64_t a, int64_t b)
 }
 
 /* Let the track meet window number k (1, 2, ...).  Returns 0 if it cannot. */
-static inline int
-track_extend(struct runfit_track *t, int64_t k, int64_t lo, int64_t hi)
+static int
+track_bend(struct runfit_track *t, int64_t k, int64_t lo, int64_t hi)
 {
-    t->clock_lo += t->ahead_lo;
-    t->clock_hi += t->ahead_hi;
-    t->ahead_lo += t->add;
-    t->ahead_hi += t->add;
     if (t->clock_lo < lo) {
         int64_t more = div_up(lo - t->clock_lo, k);
         t->interval_lo += more;
@@ -47,352 +179,207 @@ track_extend(struct runfit_track *t, int64_t k, int64_t lo, int64_t hi)
     return t->interval_lo <= t->interval_hi;
 }
 
-static void
-track_start(struct runfit_track *t, int64_t add,
-            const struct runfit_window *first)
+static inline int
+track_extend(struct runfit_track *t, int64_t k, int64_t lo, int64_t hi)
 {
-    t->add = add;
-    t->interval_lo = t->clock_lo = first->lo;
-    t->interval_hi = t->clock_hi = first->hi;
-    t->ahead_lo = first->lo + add;
-    t->ahead_hi = first->hi + add;
+    t->clock_lo += t->ahead_lo;
+    t->clock_hi += t->ahead_hi;
+    t->ahead_lo += t->add;
+    t->ahead_hi += t->add;
+    return (t->clock_lo >= lo && t->clock_hi <= hi)
+        || track_bend(t, k, lo, hi);
 }
 
-/* Run the track over the stored windows of the run.  Returns how many it
- * meets; `t` is its state after those. */
+/* Let a track meet stored windows, as steps `from`, `from` + 1, ... of the
+ * run; at most n.  Returns how many it meets; it is then as after those. */
 static int64_t
-track_replay(const struct runfit *f, struct runfit_track *t, int64_t add)
+track_run(const struct runfit *f, struct runfit_track *t, int64_t from,
+          int64_t n)
 {
-    int64_t k = 1;
-    struct runfit_window first = {
-        f->stored[0].lo - f->start, f->stored[0].hi - f->start,
-    };
-
-    track_start(t, add, &first);
-    while (k < f->n_fit) {
-        struct runfit_track next = *t;
-        const struct runfit_window *w = &f->stored[k];
-        if (!track_extend(&next, k + 1, w->lo - f->start, w->hi - f->start))
-            break;
-        *t = next;
-        k++;
-    }
-    return k;
-}
-
-/* ---- Polygon: all that is possible ---- */
-
-static void
-polygon_start(struct runfit *f, int64_t lo, int64_t hi)
-{
-    struct runfit_corner *c = f->corners[f->side];
-
-    c[0] = (struct runfit_corner) { INT16_MIN, (double)lo };
-    c[1] = (struct runfit_corner) { INT16_MAX, (double)lo };
-    c[2] = (struct runfit_corner) { INT16_MAX, (double)hi };
-    c[3] = (struct runfit_corner) { INT16_MIN, (double)hi };
-    f->n_corners = 4;
-}
-
-struct halfplane {
-    double by_add, by_interval, limit;  /* keep what is >= limit */
-};
-
-static double
-get_slack(const struct halfplane *h, const struct runfit_corner *c)
-{
-    return h->by_add * c->add + h->by_interval * c->interval - h->limit;
-}
-
-static int
-polygon_clip(const struct runfit_corner *in, int n,
-             struct runfit_corner *out, const struct halfplane *h)
-{
-    const struct runfit_corner *from = &in[n - 1];
-    double before = get_slack(h, from);
-    int count = 0;
-
-    for (int i = 0; i < n; i++) {
-        double now = get_slack(h, &in[i]);
-        if ((now >= 0.) != (before >= 0.)) {
-            double part = before / (before - now);
-            out[count].add = from->add + part * (in[i].add - from->add);
-            out[count++].interval = from->interval
-                + part * (in[i].interval - from->interval);
+    for (int64_t i = 0; i < n; i++) {
+        int64_t wanted = f->wanted[f->first + i] - f->start;
+        int64_t error = f->error[f->first + i];
+        struct runfit_track before = *t;
+        if (!track_extend(t, from + i, wanted - error, wanted + error)) {
+            *t = before;
+            return i;
         }
-        if (now >= 0.)
-            out[count++] = in[i];
-        from = &in[i];
-        before = now;
     }
-    return count;
-}
-
-/* Clip by window number k into the other side.  Returns the number of
- * corners, or -1 when the window takes nothing away. */
-static int
-polygon_cut(struct runfit *f, int64_t k, double lo, double hi)
-{
-    const struct runfit_corner *c = f->corners[f->side];
-    struct runfit_corner half[RUNFIT_CORNERS + 2];
-    double steps = (double)k, growth = .5 * steps * (steps - 1.);
-    struct halfplane above = { growth, steps, lo };
-    struct halfplane below = { -growth, -steps, -hi };
-    double least = INFINITY, most = -INFINITY;
-    int n;
-
-    for (int i = 0; i < f->n_corners; i++) {
-        double clock = growth * c[i].add + steps * c[i].interval;
-        least = clock < least ? clock : least;
-        most = clock > most ? clock : most;
-    }
-    if (least >= lo && most <= hi)
-        return -1;
-    n = polygon_clip(c, f->n_corners, half, &above);
-    return n ? polygon_clip(half, n, f->corners[!f->side], &below) : 0;
+    return n;
 }
 
 static void
-get_add_range(const struct runfit_corner *c, int n, int64_t *lo, int64_t *hi)
+drop_windows(struct runfit *f, int64_t n)
 {
-    double least = INFINITY, most = -INFINITY;
-
-    for (int i = 0; i < n; i++) {
-        least = fmin(least, c[i].add);
-        most = fmax(most, c[i].add);
-    }
-    *lo = (int64_t)ceil(least - EPSILON);
-    *hi = (int64_t)floor(most + EPSILON);
+    f->first += (int)n;
+    if (f->first == f->end)
+        f->first = f->end = 0;
 }
 
-/* ---- From polygon to tracks ---- */
-
-/* Up to RUNFIT_TRACKS whole numbers in the middle of the polygon. */
-static int64_t
-choose_adds(const struct runfit *f, int *n)
-{
-    int64_t lo, hi, first;
-
-    get_add_range(f->corners[f->side], f->n_corners, &lo, &hi);
-    if (lo > hi)
-        hi = lo;
-    first = lo + (hi - lo + 1 - RUNFIT_TRACKS) / 2;
-    first = first > lo ? first : lo;
-    *n = hi - first + 1 < RUNFIT_TRACKS ? (int)(hi - first + 1)
-                                        : RUNFIT_TRACKS;
-    return first < INT16_MIN ? INT16_MIN
-        : first > INT16_MAX ? INT16_MAX : first;
-}
-
+/* All stored windows fit one run, with the curve c: track it from now on. */
 static void
-drop_stored(struct runfit *f, int64_t count)
+start_tracks(struct runfit *f, const struct curve *c)
 {
-    f->n_stored -= (int)count;
-    memmove(f->stored, f->stored + count,
-            (size_t)f->n_stored * sizeof(*f->stored));
-}
+    int64_t n = f->end - f->first;
 
-/* Replace the polygon by tracks; stored is then what they do not meet yet.
- * The run may become shorter: n_fit. */
-static void
-start_tracks(struct runfit *f)
-{
-    int64_t best = 0, met, first;
-    struct runfit_track t;
-    int n;
-
-    first = choose_adds(f, &n);
     f->n_tracks = 0;
-    for (int i = 0; i < n; i++) {
-        met = track_replay(f, &t, first + i);
-        if (met < best)
-            continue;
-        if (met > best)
-            f->n_tracks = 0;
-        best = met;
-        f->tracks[f->n_tracks++] = t;
+    for (int64_t add = c->add - 1; add <= c->add + 1; add++) {
+        struct runfit_track t = {
+            .add = add, .interval_lo = 1, .interval_hi = UINT32_MAX,
+            .ahead_lo = 1, .ahead_hi = UINT32_MAX,
+        };
+        if (track_run(f, &t, 1, n) == n)
+            f->tracks[f->n_tracks++] = t;
     }
-    f->last_mid = (f->stored[best - 1].lo + f->stored[best - 1].hi) / 2;
-    f->n_fit = best;
-    drop_stored(f, best);
+    f->tracked_mid = f->wanted[f->end - 1];
+    f->n_tracked = n;
+    drop_windows(f, n);
 }
 
-/* ---- One more window ---- */
-
-/* Returns 0 if no track can meet it. */
+/* Go on with the tracks that last longest.  Returns 0 if the run is over. */
 static int
-extend_tracks(struct runfit *f, int64_t lo, int64_t hi)
+extend_tracks(struct runfit *f)
 {
-    struct runfit_track next[RUNFIT_TRACKS];
+    int64_t stored = f->end - f->first, limit, best = 0;
+    struct runfit_track met[RUNFIT_TRACKS];
     int n = 0;
 
-    if (f->n_fit >= RUNFIT_COUNT_MAX)
-        return 0;
+    limit = RUNFIT_COUNT_MAX - f->n_tracked;
+    limit = limit < stored ? limit : stored;
     for (int i = 0; i < f->n_tracks; i++) {
-        next[n] = f->tracks[i];
-        n += track_extend(&next[n], f->n_fit + 1, lo - f->start,
-                          hi - f->start);
+        struct runfit_track t = f->tracks[i];
+        int64_t count = track_run(f, &t, f->n_tracked + 1, limit);
+        n = count > best ? 0 : n;
+        if (count < best)
+            continue;
+        best = count;
+        met[n++] = t;
     }
-    if (!n)
-        return 0;
-    memcpy(f->tracks, next, (size_t)n * sizeof(*next));
+    memcpy(f->tracks, met, (size_t)n * sizeof(*met));
     f->n_tracks = n;
-    f->n_fit++;
-    f->last_mid = (lo + hi) / 2;
-    return 1;
+    f->n_tracked += best;
+    if (best)
+        f->tracked_mid = f->wanted[f->first + best - 1];
+    drop_windows(f, best);
+    return best == stored;
 }
 
-static int
-extend_polygon(struct runfit *f, int64_t lo, int64_t hi)
+/* The track and interval that end closest to the middle of the last window. */
+static void
+finish_tracks(struct runfit *f, struct steprun *run)
 {
-    int64_t add_lo, add_hi;
-    int n = polygon_cut(f, f->n_fit + 1, (double)(lo - f->start),
-                        (double)(hi - f->start));
+    int64_t k = f->n_tracked, best = INT64_MAX;
+    struct curve chosen = { 0, 0 };
 
-    if (n < 0) {
-        f->n_fit++;
-        return 1;
-    }
-    if (!n)
-        return 0;
-    get_add_range(f->corners[!f->side], n, &add_lo, &add_hi);
-    if (add_lo > add_hi)
-        return 0;
-    f->side = !f->side;
-    f->n_corners = n;
-    f->n_fit++;
-    if (add_hi - add_lo >= RUNFIT_TRACKS && n < RUNFIT_CORNERS - 2)
-        return 1;
-    n = (int)f->n_fit;
-    start_tracks(f);
-    return f->n_fit == n;
-}
-
-static int
-is_tracking(const struct runfit *f)
-{
-    return f->n_tracks > 0;
-}
-
-static int
-fit_polygon(struct runfit *f)
-{
-    while (!is_tracking(f) && f->n_fit < f->n_stored) {
-        const struct runfit_window *w = &f->stored[f->n_fit];
-        if (!f->n_fit) {
-            polygon_start(f, w->lo - f->start, w->hi - f->start);
-            f->n_fit = 1;
-        } else if (!extend_polygon(f, w->lo, w->hi)) {
-            return 0;
+    for (int i = 0; i < f->n_tracks; i++) {
+        const struct runfit_track *t = &f->tracks[i];
+        struct curve c = { 0, t->add };
+        int64_t wanted = f->tracked_mid - f->start - get_clock(&c, k), miss;
+        c.interval = (wanted + k / 2) / k;
+        if (c.interval < t->interval_lo)
+            c.interval = t->interval_lo;
+        if (c.interval > t->interval_hi)
+            c.interval = t->interval_hi;
+        miss = c.interval * k - wanted;
+        miss = miss < 0 ? -miss : miss;
+        if (miss < best) {
+            best = miss;
+            chosen = c;
         }
     }
-    return 1;
-}
-
-/* Fit the stored windows that are not yet.  Returns 0 when one ends the run. */
-static int
-fit_stored(struct runfit *f)
-{
-    int n = 0;
-
-    if (!fit_polygon(f))
-        return 0;
-    if (!is_tracking(f))
-        return 1;
-    while (n < f->n_stored
-           && extend_tracks(f, f->stored[n].lo, f->stored[n].hi))
-        n++;
-    drop_stored(f, n);
-    return f->n_stored == 0;
-}
-
-int
-runfit_add(struct runfit *f, int64_t lo, int64_t hi)
-{
-    lo = lo > f->last_hi ? lo : f->last_hi + 1;
-    hi = hi > lo ? hi : lo;
-    f->last_hi = hi;
-    if (is_tracking(f) && !f->n_stored && extend_tracks(f, lo, hi))
-        return 0;
-    f->stored[f->n_stored++] = (struct runfit_window) { lo, hi };
-    if (!fit_stored(f))
-        return 1;
-    if (f->n_stored == RUNFIT_STORE)
-        start_tracks(f);
-    return is_tracking(f) && f->n_stored > 0;
-}
-
-void
-runfit_close(struct runfit *f)
-{
-    f->is_closing = 1;
+    *run = (struct steprun) {
+        .start = f->start, .end = f->start + get_clock(&chosen, k),
+        .interval = (uint32_t)chosen.interval, .count = (uint16_t)k,
+        .add = (int16_t)chosen.add,
+    };
+    f->start = run->end;
+    f->n_tracks = 0;
 }
 
 /* ---- Giving out ---- */
 
-/* The track and interval that end closest to the middle of the last window. */
 static void
-choose_run(const struct runfit *f, struct steprun *run)
+finish_curve(struct runfit *f, const struct curve *c, int64_t n,
+             struct steprun *run)
 {
-    int64_t k = f->n_fit, best = INT64_MAX;
+    *run = (struct steprun) {
+        .start = f->start, .end = f->start + get_clock(c, n),
+        .interval = (uint32_t)c->interval, .count = (uint16_t)n,
+        .add = (int16_t)c->add,
+    };
+    f->start = run->end;
+    f->last_count = (int)n;
+    drop_windows(f, n);
+}
 
-    for (int i = 0; i < f->n_tracks; i++) {
-        const struct runfit_track *t = &f->tracks[i];
-        int64_t growth = t->add * (k * (k - 1) / 2);
-        int64_t wanted = f->last_mid - f->start - growth;
-        int64_t interval = (wanted + k / 2) / k, miss;
-        if (interval < t->interval_lo)
-            interval = t->interval_lo;
-        if (interval > t->interval_hi)
-            interval = t->interval_hi;
-        miss = interval * k - wanted;
-        miss = miss < 0 ? -miss : miss;
-        if (miss >= best)
-            continue;
-        best = miss;
-        run->add = (int16_t)t->add;
-        run->interval = (uint32_t)interval;
-        run->end = f->start + interval * k + growth;
-    }
-    if (k == 1)
-        run->add = 0;
-    run->start = f->start;
-    run->count = (uint16_t)k;
+/* Make room at the end. */
+static void
+compact(struct runfit *f)
+{
+    size_t n = (size_t)(f->end - f->first);
+
+    memmove(f->wanted, f->wanted + f->first, n * sizeof(*f->wanted));
+    memmove(f->error, f->error + f->first, n * sizeof(*f->error));
+    f->first = 0;
+    f->end = (int)n;
 }
 
 int
 runfit_take(struct runfit *f, struct steprun *run)
 {
-    if (fit_stored(f) && !(f->is_closing && f->n_fit)) {
-        f->is_closing = 0;
+    struct curve c;
+    int64_t n;
+
+    if (f->n_tracks) {
+        if (extend_tracks(f))
+            return 0;
+        finish_tracks(f, run);
+        return 1;
+    }
+    if (f->end - f->first < RUNFIT_AHEAD) {
+        compact(f);
         return 0;
     }
-    if (!is_tracking(f))
-        start_tracks(f);
-    choose_run(f, run);
-    f->start = run->end;
-    f->n_fit = f->n_tracks = 0;
+    n = choose_length(f, &c);
+    if (n == f->end - f->first) {
+        start_tracks(f, &c);
+        return 0;
+    }
+    finish_curve(f, &c, n, run);
     return 1;
 }
 
-int64_t
-runfit_get_first(const struct runfit *f)
+int
+runfit_take_before(struct runfit *f, int64_t limit, struct steprun *run)
 {
-    if (is_tracking(f))
-        return f->start + f->tracks[0].interval_lo;
-    return f->stored[0].lo;
+    struct curve c;
+    int64_t n;
+
+    if (f->n_tracks) {
+        if (f->start + f->tracks[0].interval_lo >= limit)
+            return 0;
+        extend_tracks(f);
+        finish_tracks(f, run);
+        return 1;
+    }
+    if (f->first == f->end || f->wanted[f->first] >= limit)
+        return 0;
+    n = choose_length(f, &c);
+    finish_curve(f, &c, n, run);
+    return 1;
 }
 
 int
 runfit_check(const struct runfit *f)
 {
-    if (f->n_stored < 0 || f->n_stored > RUNFIT_STORE)
+    if (f->first < 0 || f->first > f->end || f->end > RUNFIT_STORE)
         return -1;
     for (int i = 0; i < f->n_tracks; i++)
         if (f->tracks[i].interval_lo > f->tracks[i].interval_hi)
             return -2;
-    for (int i = 1; i < f->n_stored; i++)
-        if (f->stored[i].lo <= f->stored[i - 1].hi)
+    for (int i = f->first + 1; i < f->end; i++)
+        if (f->wanted[i] - f->error[i]
+            <= f->wanted[i - 1] + (int64_t)f->error[i - 1])
             return -3;
-    return f->n_fit && !f->n_tracks && f->n_fit > f->n_stored ? -4 : 0;
+    return 0;
 }

@@ -1,20 +1,24 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * Find the longest runs of steps that one (interval, count, add) describes.
+ * Find long runs of steps that one (interval, count, add) describes.
  *
  * Step k of a run (k = 1, 2, ...) comes at
  *     start + interval * k + add * k * (k - 1) / 2
- * and must lie in its window [lo, hi] of clocks.  Windows are given one after
- * the other and must not overlap (what does is cut off), so the intervals
- * within and between runs stay positive.
+ * and must lie within `error` of its wanted clock.  Windows of neighbours must
+ * not overlap, so intervals within and between runs stay positive.
  *
- * How: dividing by k, the line y = interval + add * x must stab the segments
- * [lo / k, hi / k] at x = (k - 1) / 2.  The (add, interval) that do form a
- * convex polygon, which every window clips.  Once few whole numbers `add` are
- * left in it each of these is tracked by itself, in whole numbers, with the
- * range of intervals that still meets every window; the run ends where the
- * last range becomes empty.  Each window is looked at a bounded number of
- * times.  Nothing is allocated, no run is given out unverified.
+ * How: a run of n steps is drawn through its start, its middle and its last
+ * step, and the largest n is searched for which that stays within the errors:
+ * first by probing a few steps, then by checking each in whole numbers.  To
+ * end in the middle of a window pays: a run that is stretched until it leaves
+ * the last window leaves a bad start to the next.  Where rounding to whole
+ * numbers is what counts (constant speed) the run goes on as far as it can.
+ * If everything that is stored fits one run, that run is tracked from then on:
+ * for each add that is possible, the range of intervals that still meets all
+ * windows.
+ *
+ * Each window is looked at a bounded number of times.  Nothing is allocated,
+ * no run is given out unchecked.
  */
 #ifndef RUNFIT_H
 #define RUNFIT_H
@@ -22,14 +26,10 @@
 #include <stdint.h>
 
 enum {
-    RUNFIT_STORE = 256,         /* windows that wait for a decision */
-    RUNFIT_CORNERS = 24,
+    RUNFIT_STORE = 1024,        /* windows that wait for a decision */
+    RUNFIT_AHEAD = 512,         /* how many a decision should see */
     RUNFIT_TRACKS = 3,
     RUNFIT_COUNT_MAX = 65535,
-};
-
-struct runfit_window {
-    int64_t lo, hi;
 };
 
 struct steprun {
@@ -37,10 +37,6 @@ struct steprun {
     uint32_t interval;
     uint16_t count;
     int16_t add;
-};
-
-struct runfit_corner {
-    double add, interval;
 };
 
 /* One add, the intervals that meet all windows so far, and where the steps
@@ -52,36 +48,45 @@ struct runfit_track {
 };
 
 struct runfit {
-    int64_t start, last_mid, last_hi;
-    int64_t n_fit;              /* windows of the run so far */
-    int n_stored, n_corners, n_tracks, side;
-    uint8_t is_closing;
+    int64_t start;
+    int64_t n_tracked, tracked_mid;     /* steps of the run in tracks */
+    int first, end;             /* stored windows that belong to no run */
+    int last_count;             /* length of the last run: a guess */
+    int n_tracks;               /* 0: no run is tracked */
     struct runfit_track tracks[RUNFIT_TRACKS];
-    struct runfit_corner corners[2][RUNFIT_CORNERS];
-    struct runfit_window stored[RUNFIT_STORE];
+    int64_t wanted[RUNFIT_STORE];
+    uint32_t error[RUNFIT_STORE];
 };
 
 /* Forget everything; the next run counts from this clock. */
 void runfit_reset(struct runfit *f, int64_t start);
 
-/* Add the window of the next step.  Returns 1 when a run is complete:
- * runfit_take() until it returns 0 before the next one. */
-int runfit_add(struct runfit *f, int64_t lo, int64_t hi);
+/* Add the next step's window; not when full. */
+static inline void
+runfit_put(struct runfit *f, int64_t wanted, uint32_t error)
+{
+    f->wanted[f->end] = wanted;
+    f->error[f->end++] = error;
+}
 
-/* Let runfit_take() give out everything that was added. */
-void runfit_close(struct runfit *f);
+static inline int
+runfit_is_full(const struct runfit *f)
+{
+    return f->end == RUNFIT_STORE;
+}
 
-/* Take a complete run.  Returns 1, or 0 when there is none. */
+/* Take the next run, if enough windows are stored to choose it well.  Returns
+ * 1, or 0 when there is none; then there is room again. */
 int runfit_take(struct runfit *f, struct steprun *run);
+
+/* Take the next run now if it begins before `limit`.  Returns 1 or 0. */
+int runfit_take_before(struct runfit *f, int64_t limit, struct steprun *run);
 
 static inline int
 runfit_is_empty(const struct runfit *f)
 {
-    return f->n_fit == 0 && f->n_stored == 0;
+    return f->first == f->end && !f->n_tracks;
 }
-
-/* Clock of the first open window's earliest moment; not when empty. */
-int64_t runfit_get_first(const struct runfit *f);
 
 /* 0, or a negative number that says which invariant does not hold. */
 int runfit_check(const struct runfit *f);

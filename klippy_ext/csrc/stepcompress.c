@@ -134,6 +134,7 @@ emit_run(struct stepcompress *sc, const struct steprun *run, int64_t first)
 
 /* ---- Runs ---- */
 
+/* Runs that are ready, so that there is room for another window. */
 static int
 emit_ready(struct stepcompress *sc)
 {
@@ -145,13 +146,18 @@ emit_ready(struct stepcompress *sc)
     return ret;
 }
 
+/* Runs that begin before `clock`. */
 static int
-emit_open(struct stepcompress *sc)
+emit_before(struct stepcompress *sc, int64_t clock)
 {
-    if (runfit_is_empty(&sc->fit))
-        return 0;
-    runfit_close(&sc->fit);
-    return emit_ready(sc);
+    struct steprun run;
+    int ret = 0;
+
+    while (!ret && runfit_take_before(&sc->fit, clock, &run))
+        ret = emit_run(sc, &run, run.start + run.interval);
+    if (runfit_is_empty(&sc->fit) && sc->before_clock < sc->fit.start)
+        sc->before_clock = sc->fit.start;
+    return ret;
 }
 
 /* A step after a long rest; its interval is sent modulo 2^32. */
@@ -167,31 +173,32 @@ emit_far(struct stepcompress *sc, int64_t clock)
     return emit_run(sc, &run, clock);
 }
 
-/* Hand the held step on; `gap` is the time to the step after it. */
+/* How far a step may be off that has these neighbours. */
+static inline uint32_t
+get_error(const struct stepcompress *sc, int64_t before, int64_t after)
+{
+    int64_t room = ((before < after ? before : after) - 1) / 2;
+
+    return room < sc->options.max_error ? (uint32_t)room
+                                        : sc->options.max_error;
+}
+
+/* Hand the held step on; `after` is the time to the next one. */
 static int
-settle(struct stepcompress *sc, int64_t gap)
+settle(struct stepcompress *sc, int64_t after)
 {
     int64_t clock = sc->held_clock, before = clock - sc->before_clock;
-    int64_t error = ((gap < before ? gap : before) - 1) / 2;
-    int ret = 0;
+    int is_far = before >= FAR_TICKS, ret = 0;
 
-    if (error > sc->options.max_error)
-        error = sc->options.max_error;
-    if (sc->held_dir != sc->run_dir) {
-        ret = emit_open(sc);
-        sc->run_dir = sc->held_dir;
-    }
+    if (sc->held_dir != sc->run_dir || is_far)
+        ret = emit_before(sc, INT64_MAX);
+    sc->run_dir = sc->held_dir;
     sc->before_clock = clock;
     sc->held_dir = 0;
-    if (ret)
-        return ret;
-    if (before >= FAR_TICKS) {
-        ret = emit_open(sc);
+    if (ret || is_far)
         return ret ? ret : emit_far(sc, clock);
-    }
-    if (runfit_add(&sc->fit, clock - error, clock + error))
-        return emit_ready(sc);
-    return 0;
+    runfit_put(&sc->fit, clock, get_error(sc, before, after));
+    return runfit_is_full(&sc->fit) ? emit_ready(sc) : 0;
 }
 
 /* Is the held step undone by one at `clock` in direction dir? */
@@ -222,16 +229,50 @@ push_step(struct stepcompress *sc, int64_t clock, int dir)
     return ret;
 }
 
+static inline int64_t
+get_clock(const struct stepcompress *sc, double print_time)
+{
+    return (int64_t)((print_time - sc->offset) * sc->freq + .5);
+}
+
+/* Like push_step() for many; one is held, and all have its direction and that
+ * of the run.  Returns how many were taken: the next one is no easy case. */
+static int
+push_easy(struct stepcompress *sc, const double *times, int n)
+{
+    struct runfit *fit = &sc->fit;
+    int64_t clock = sc->held_clock, before = clock - sc->before_clock;
+    int i;
+
+    if (before >= FAR_TICKS || sc->run_dir != sc->held_dir)
+        return 0;
+    for (i = 0; i < n && !runfit_is_full(fit); i++) {
+        int64_t next = get_clock(sc, times[i]), after = next - clock;
+        if (after <= 0 || after >= FAR_TICKS)
+            break;
+        runfit_put(fit, clock, get_error(sc, before, after));
+        before = after;
+        clock = next;
+    }
+    sc->pending += i * sc->held_dir;
+    sc->held_clock = clock;
+    sc->before_clock = clock - before;
+    return i;
+}
+
 int
 stepcompress_push(struct stepcompress *sc, const double *times, int n, int dir)
 {
-    for (int i = 0; i < n; i++) {
-        double clock = (times[i] - sc->offset) * sc->freq;
-        int ret = push_step(sc, (int64_t)(clock + .5), dir);
-        if (ret)
-            return ret;
+    int i = 0, ret = 0;
+
+    while (i < n && !ret) {
+        ret = push_step(sc, get_clock(sc, times[i++]), dir);
+        if (!ret && sc->held_dir && i < n)
+            i += push_easy(sc, times + i, n - i);
+        if (!ret && runfit_is_full(&sc->fit))
+            ret = emit_ready(sc);
     }
-    return 0;
+    return ret;
 }
 
 void
@@ -259,10 +300,7 @@ stepcompress_flush(struct stepcompress *sc, int64_t clock)
 
     if (sc->held_dir && sc->held_clock < clock)
         ret = settle_held(sc);
-    if (!ret && !runfit_is_empty(&sc->fit)
-        && runfit_get_first(&sc->fit) < clock)
-        ret = emit_open(sc);
-    return ret;
+    return ret ? ret : emit_before(sc, clock);
 }
 
 static int
@@ -270,7 +308,7 @@ emit_all(struct stepcompress *sc)
 {
     int ret = settle_held(sc);
 
-    return ret ? ret : emit_open(sc);
+    return ret ? ret : emit_before(sc, INT64_MAX);
 }
 
 int
