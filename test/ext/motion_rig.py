@@ -83,13 +83,25 @@ def run_firmware(commands, start_clock=0, invert=False):
             add -= (add & 0x80000000) << 1
             clock += (req_clock - clock - interval) >> 32 << 32
             assert 0 < count <= 0xffff and -0x8000 <= add <= 0x7fff
-            for _ in range(count):
-                assert 0 < interval < 1 << 32
-                clock += interval
-                interval += add
-                clocks.append(clock)
-                directions.append(direction)
-    return np.array(clocks, dtype=np.int64), np.array(directions, dtype=np.int64)
+            k = np.arange(count, dtype=np.int64)
+            intervals = interval + add * k
+            assert np.all((intervals > 0) & (intervals < 1 << 32))
+            clocks.append(clock + np.cumsum(intervals))
+            directions.append(np.full(count, direction, dtype=np.int64))
+            clock = int(clocks[-1][-1])
+    if not clocks:
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    return np.concatenate(clocks), np.concatenate(directions)
+
+
+def check_between(times, directions, exact, step_dist, until, tolerance):
+    """At no time may the count be further off than half a step, give or take."""
+    sample = np.linspace(max(until - 4.0, 0.0), until, 4001)
+    count = np.concatenate([[0], np.cumsum(directions)])
+    count = count[np.searchsorted(times, sample, side="right")]
+    near = np.stack([exact(sample + d) for d in (-tolerance, 0.0, tolerance)])
+    assert np.all(near.min(axis=0) / step_dist - 0.51 <= count)
+    assert np.all(near.max(axis=0) / step_dist + 0.51 >= count)
 
 
 class Rig:
@@ -119,6 +131,7 @@ class Rig:
         self.tq.append(t, move)
         pieces, end, position = split_move(t, move, self.advance_flag)
         self.pieces += pieces
+        self.position = np.array(position)
         return end, position
 
     def run(self, until, flush_period=0.25, ahead=0.05, begin=0.0):
@@ -138,11 +151,14 @@ class Rig:
         """(clocks, directions) of one stepper."""
         return run_firmware([c for c in self.commands if c[1][0] == oid])
 
-    def check(self, position, oid=0, tolerance=25e-6):
+    def check(self, position, oid=0, tolerance=25e-6, between=True):
         """All steps in bounds, none missing; returns (clocks, directions).
 
         position: f(Path, times) -> mm of the stepper, shape of times.
         """
+        if not self.pieces:
+            assert not len(self.steps(oid)[0])
+            return self.steps(oid)
         path = Path(self.pieces)
         origin = float(self.kinematics[oid].calc_position_from_coord(*self.start))
         clocks, directions = self.steps(oid)
@@ -161,5 +177,8 @@ class Rig:
             final = 0
         end = exact(np.array([path.t1.max() + 10.0]))[0] / self.step_dist
         assert abs(end - final) <= 0.5 + 1e-5
+        if between:
+            check_between(clocks / self.freq, directions, exact, self.step_dist,
+                          path.t1.max(), tolerance + 1.0 / self.freq)
         assert self.steppers[oid].get_last_position() == final
         return clocks, directions

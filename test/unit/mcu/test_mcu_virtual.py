@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The mcu objects against the real firmware, over the real link, in virtual time."""
 
+import itertools
+
 import bench
 import pytest
 
@@ -105,7 +107,7 @@ def test_adc_reports_and_range_check(make_bench):
         it.pause(4.)
         assert len(samples) > 5
         assert all(value == pytest.approx(0.25, abs=0.001) for _, value in samples)
-        steps = [b[0] - a[0] for a, b in zip(samples, samples[1:])]
+        steps = [b[0] - a[0] for a, b in itertools.pairwise(samples)]
         assert steps == pytest.approx([0.3] * len(steps), abs=1e-4)
         assert samples[-1][0] == pytest.approx(it.print_time(), abs=0.35)
         assert it.objects.adc.get_last_value() == (samples[-1][1], samples[-1][0])
