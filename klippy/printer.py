@@ -46,7 +46,7 @@ Use the RESTART command to start again.
 """
 # Built before the sections of the config, and after them
 FIRST_MODULES = ("klippy.pins", "klippy.mcu")
-LAST_MODULES = ("klippy.toolhead",)
+LAST_MODULES = ("klippy.toolhead", "klippy.kinematics.extruder")
 
 
 class _Required:

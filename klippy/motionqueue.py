@@ -1,0 +1,275 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""When planned motion becomes steps, and when messages leave for the mcus.
+
+While moves stream in, steps are made behind the planner in chunks; what is at
+the end of the plan is made just in time by a timer, so that moves which come
+later can go on where the plan ends.  See docs/internals/motion.md.
+"""
+
+import math
+
+from klippy_ext.steppersync import StepperSync
+from klippy_ext.trapq import TrapQ
+
+# Steps are made in chunks of at least so long (s of motion)
+CHUNK_TIME = 0.25
+# The timer works so far ahead of the mcu (s), and so often (s)
+BACKGROUND_LEAD = 0.30
+BACKGROUND_PERIOD = 0.10
+# A timer that has to wait for moves to plan first waits so long (s)
+PRIME_TIME = 0.10
+# After steps were made to the very end, motion restarts so far ahead (s)
+RESTART_LEAD = 0.10
+# Homing: steps are made in pieces of so long, so far ahead of the mcu (s)
+DRIP_PIECE = 0.050
+DRIP_LEAD = 0.100
+# Old motion is kept for reports so long (s)
+HISTORY_TIME = 30.
+
+
+def get(printer):
+    """The printer's MotionQueue."""
+    return printer.lookup_object("motion_queuing")
+
+
+class McuMotion:
+    """The motion of one mcu: its steppers, and other users of its move queue."""
+
+    def __init__(self, mcu):
+        self.mcu = mcu
+        self.steppers = []
+        self.emitters = []
+        self.sync = None
+        mcu.register_movequeue_callback(self._start)
+
+    def _start(self, serialqueue, move_count):
+        self.sync = StepperSync(serialqueue, move_count)
+        for stepper in self.steppers:
+            self.sync.add(stepper.stepcompress, stepper.kinematics)
+        for emitter in self.emitters:
+            self.sync.add(emitter)
+
+    def add_stepper(self, stepper):
+        """Make steps for this one too."""
+        self.steppers.append(stepper)
+        if self.sync is not None:
+            self.sync.add(stepper.stepcompress, stepper.kinematics)
+
+    def add_emitter(self, stepcompress):
+        """Merge the messages of this StepCompress with those of the steppers."""
+        self.emitters.append(stepcompress)
+        if self.sync is not None:
+            self.sync.add(stepcompress)
+
+    def set_kinematics(self, stepper):
+        """The stepper has other kinematics now."""
+        if self.sync is not None:
+            self.sync.set_kinematics(stepper.stepcompress, stepper.kinematics)
+
+    def flush(self, eventtime, last_time, flush_time, step_gen_time, clear_time):
+        """Make and send what is due; times are print_times."""
+        if self.sync is None:
+            return
+        mcu = self.mcu
+        offset, freq = mcu.calibrate_clock(last_time, eventtime)
+        self.sync.set_time(offset, freq)
+        self.sync.generate(step_gen_time)
+        self.sync.flush(max(0, mcu.print_time_to_clock(flush_time)),
+                        max(0, mcu.print_time_to_clock(clear_time)))
+
+
+class MotionQueue:
+    """Turns planned motion into messages in time; printer object motion_queuing."""
+
+    def __init__(self, config):
+        self.printer = config.get_printer()
+        self.reactor = self.printer.get_reactor()
+        self.mcu = self.printer.lookup_object("mcu")
+        self.members = {}                # MCU -> McuMotion
+        self.trapqs = []
+        self.flush_callbacks = []        # (callback, can_add_trapq)
+        self.kin_flush_delay = 0.
+        self.last_flush_time = self.last_step_gen_time = 0.
+        # Until when there is something to send, and to make steps of
+        self.activity_time = self.step_activity_time = 0.
+        self.is_armed = False
+        self.is_halted = False
+        self.timer = self.reactor.register_timer(self._handle_timer)
+        register = self.printer.register_event_handler
+        register("klippy:shutdown", self._handle_shutdown)
+        register("gcode:debuginput_exit", self.flush_all_steps)
+
+    # Set-up
+
+    def allocate_trapq(self):
+        """A new TrapQ, which is kept tidy from now on."""
+        self.trapqs.append(TrapQ())
+        return self.trapqs[-1]
+
+    def _find_member(self, mcu):
+        if mcu not in self.members:
+            self.members[mcu] = McuMotion(mcu)
+        return self.members[mcu]
+
+    def add_stepper(self, stepper):
+        """Make steps for an MCU_stepper."""
+        self._find_member(stepper.get_mcu()).add_stepper(stepper)
+
+    def add_emitter(self, mcu, stepcompress):
+        """Send the queued messages of something that is not a stepper."""
+        self._find_member(mcu).add_emitter(stepcompress)
+
+    def set_kinematics(self, stepper):
+        """An MCU_stepper has other kinematics now."""
+        self._find_member(stepper.get_mcu()).set_kinematics(stepper)
+        self.check_scan_windows()
+
+    def check_scan_windows(self):
+        """Find out how much motion around a time its steps depend on."""
+        self.kin_flush_delay = max(
+            (max(s.kinematics.scan_window()) for m in self.members.values()
+             for s in m.steppers if s.kinematics is not None), default=0.)
+
+    def reserve_scan_window(self, window):
+        """Steps will depend on so many s of motion, once the plan gets there."""
+        self.kin_flush_delay = max(self.kin_flush_delay, window)
+
+    # Old name of the same
+    check_step_generation_scan_windows = check_scan_windows
+
+    def get_kin_flush_delay(self):
+        """s of motion around a time that steps depend on, at most."""
+        return self.kin_flush_delay
+
+    def register_flush_callback(self, callback, can_add_trapq=False):
+        """Call callback(flush_time, step_gen_time) before messages are sent.
+
+        can_add_trapq: called first, also when the plan may run out; it may plan.
+        """
+        self.flush_callbacks.append((callback, can_add_trapq))
+
+    def unregister_flush_callback(self, callback):
+        """Undo register_flush_callback()."""
+        self.flush_callbacks = [
+            entry for entry in self.flush_callbacks if entry[0] != callback]
+
+    # Activity
+
+    def note_mcu_movequeue_activity(self, mq_time, is_step_gen=True):
+        """Something happens until mq_time (print_time): send it in time."""
+        if is_step_gen:
+            mq_time += self.kin_flush_delay
+            self.step_activity_time = max(self.step_activity_time, mq_time)
+        if mq_time > self.activity_time:
+            self.activity_time = mq_time
+        if not self.is_armed:
+            self._arm(self.reactor.NOW)
+
+    def await_moves(self):
+        """Moves wait for others: plan them soon, if none comes."""
+        if not self.is_armed:
+            self._arm(self.reactor.monotonic() + PRIME_TIME)
+
+    def _arm(self, waketime):
+        if not self.is_halted and not self.mcu.is_fileoutput():
+            self.is_armed = True
+            self.reactor.update_timer(self.timer, waketime)
+
+    def _handle_timer(self, eventtime):
+        if self.is_halted:
+            return self.reactor.NEVER
+        horizon = (self.mcu.estimated_print_time(eventtime) + BACKGROUND_LEAD)
+        is_waiting = self._let_plan(horizon)
+        target = min(horizon, self.activity_time)
+        if target > self.last_flush_time:
+            self._flush(target, min(target, self.step_activity_time))
+        if self.last_flush_time >= self.activity_time and not is_waiting:
+            self.is_armed = False
+            return self.reactor.NEVER
+        return eventtime + BACKGROUND_PERIOD
+
+    def _let_plan(self, horizon):
+        """Have planners finish what is due; True if moves wait nevertheless."""
+        is_waiting = False
+        for callback, can_add_trapq in self.flush_callbacks:
+            if can_add_trapq and callback(horizon, horizon):
+                is_waiting = True
+        return is_waiting
+
+    # Flushes
+
+    def advance(self, print_time):
+        """The plan reaches to print_time, and may go on from there."""
+        target = print_time - self.kin_flush_delay
+        if target - self.last_step_gen_time >= CHUNK_TIME:
+            self._flush(target, target)
+
+    def flush_all_steps(self):
+        """Make and send everything to the end of the plan, where motion rests."""
+        for callback, can_add_trapq in self.flush_callbacks:
+            if can_add_trapq:
+                callback(math.inf, math.inf)
+        if self.activity_time > self.last_flush_time:
+            self._flush(self.activity_time, self.step_activity_time)
+
+    def _flush(self, flush_time, step_gen_time):
+        flush_time = max(flush_time, self.last_flush_time)
+        step_gen_time = max(step_gen_time, self.last_step_gen_time)
+        for callback, can_add_trapq in list(self.flush_callbacks):
+            if not can_add_trapq:
+                callback(flush_time, step_gen_time)
+        eventtime = self.reactor.monotonic()
+        clear_time = self._calc_clear_time(eventtime, flush_time)
+        for member in self.members.values():
+            for stepper in member.steppers:
+                stepper.check_active(step_gen_time)
+        for member in self.members.values():
+            member.flush(eventtime, self.last_step_gen_time, flush_time,
+                         step_gen_time, clear_time)
+        for trapq in self.trapqs:
+            trapq.finalize(step_gen_time - self.kin_flush_delay, clear_time)
+        self.last_flush_time = flush_time
+        self.last_step_gen_time = step_gen_time
+
+    def _calc_clear_time(self, eventtime, flush_time):
+        if self.mcu.is_fileoutput():
+            return flush_time - HISTORY_TIME
+        return self.mcu.estimated_print_time(eventtime) - HISTORY_TIME
+
+    def calc_step_gen_restart(self, est_print_time):
+        """Earliest print_time at which motion may start again after a rest."""
+        start = max(est_print_time + RESTART_LEAD, self.last_step_gen_time)
+        return start + self.kin_flush_delay
+
+    # Homing
+
+    def drip_update_time(self, start_time, end_time, completion):
+        """Make the steps of a move little by little until completion is set.
+
+        start_time, end_time: print_time of the move, which is in its trapq.
+        """
+        if self.mcu.is_fileoutput():
+            self._flush(end_time + self.kin_flush_delay,
+                        end_time + self.kin_flush_delay)
+            return
+        end_time += self.kin_flush_delay
+        step_time = max(start_time - self.kin_flush_delay, self.last_step_gen_time)
+        while step_time < end_time and not completion.test():
+            now = self.reactor.monotonic()
+            lead = step_time - self.mcu.estimated_print_time(now) - DRIP_LEAD
+            if lead > 0. and not self.is_halted:
+                completion.wait(now + lead)
+                continue
+            step_time = min(step_time + DRIP_PIECE, end_time)
+            self._flush(step_time, step_time)
+            if self.is_halted:
+                return
+
+    def wipe_trapq(self, trapq):
+        """Drop all motion of a TrapQ that is not made into steps yet."""
+        trapq.finalize(self.printer.get_reactor().NEVER,
+                       self.last_step_gen_time - HISTORY_TIME)
+
+    def _handle_shutdown(self):
+        self.is_halted = True
+        self.reactor.update_timer(self.timer, self.reactor.NEVER)
