@@ -48,7 +48,7 @@ cdef class Move(TrapMove):
 
 
 @cython.locals(move=Move)
-cdef Move make_move(MotionLimits limits, double x0, double y0, double z0, double e0,
+cpdef Move make_move(MotionLimits limits, double x0, double y0, double z0, double e0,
                     double x1, double y1, double z1, double e1, list extra,
                     double speed)
 

@@ -8,10 +8,17 @@ See docs/internals/motion.md.
 import importlib
 import math
 
+import cython
+
 from klippy import motionqueue
 from klippy.errors import CommandError, ConfigError
 from klippy.gcode_command import Coord
-from klippy.lookahead import LookAheadQueue, MotionLimits, Move, make_move
+from klippy.lookahead import LookAheadQueue, MotionLimits, Move
+
+if cython.compiled:
+    from cython.cimports.klippy.lookahead import make_move
+else:
+    from klippy.lookahead import make_move
 
 __all__ = ["Coord", "Move", "NoExtruder", "ToolHead", "add_printer_objects", "get"]
 
