@@ -25,7 +25,6 @@ cdef class GCodeMove(MoveSink):
     @cython.locals(mask=cython.uint, x=double, y=double, z=double, e=double,
                    origin=list)
     cpdef int move_line(self, MoveScan scan) except -1
-    @cython.locals(base=list)
-    cpdef int move_to(self, double x, double y, double z, double e) except -1
     @cython.locals(last=list)
-    cdef int _make_move(self, double x, double y, double z, double e) except -1
+    cpdef int make_move(self, double x, double y, double z, double e,
+                        double speed) except -1

@@ -8,6 +8,7 @@ passes through cmd_G1().  See docs/internals/gcode_move.md.
 import logging
 import math
 
+import cython
 from klippy.extras.gcode_position import PositionCommands
 
 from klippy.errors import CommandError
@@ -163,6 +164,7 @@ class GCodeMove(MoveSink):
 
     # Moves
 
+    @cython.boundscheck(True)   # plug-ins assign the lists
     def move_line(self, scan):
         """Make the plain move that scan holds.  Raises CommandError."""
         mask = scan.mask
@@ -187,27 +189,23 @@ class GCodeMove(MoveSink):
         if mask & 16:
             self.speed = scan.f * self.speed_factor
         if mask & 15:
-            self._make_move(x, y, z, e)
+            self.make_move(x, y, z, e, self.speed)
         return 0
 
-    def move_to(self, x, y, z, e):
-        """Move to absolute G-code coordinates at the speed last set.
+    @cython.boundscheck(True)
+    def make_move(self, x, y, z, e, speed):
+        """Move to a position of the head (mm) at a speed (mm/s).
 
-        e before the extrude factor; whatever the modes are.
+        Axes beyond e go to their last_position.  Raises CommandError.
         """
-        base = self.base_position
-        return self._make_move(x + base[0], y + base[1], z + base[2],
-                               e * self.extrude_factor + base[3])
-
-    def _make_move(self, x, y, z, e):
         last = self.last_position
         last[0], last[1], last[2], last[3] = x, y, z, e
         is_done = False
         try:
             if self.plain_toolhead is not None:
-                self.plain_toolhead.move_xyze(x, y, z, e, self.speed)
+                self.plain_toolhead.move_xyze(x, y, z, e, speed)
             else:
-                self._move_with_transform(list(last), self.speed)
+                self._move_with_transform(list(last), speed)
             is_done = True
         finally:
             if not is_done:
@@ -217,25 +215,24 @@ class GCodeMove(MoveSink):
     def cmd_G1(self, gcmd):
         """Move: X Y Z E and further axes, F in mm/min."""
         params = gcmd.get_command_parameters()
-        speed = self.speed
-        if "F" in params:
-            speed = self._read_speed(gcmd)
         newpos = list(self.last_position)
-        for letter, index in self.axis_map.items():
-            if letter not in params:
-                continue
+        named = [letter for letter in self.axis_map if letter in params]
+        for letter in named:
+            index = self.axis_map[letter]
             value, is_absolute = gcmd.get_float(letter), self.absolute_coord
             if letter == "E":
                 value *= self.extrude_factor
                 is_absolute = is_absolute and self.absolute_extrude
             origin = self.base_position if is_absolute else self.last_position
             newpos[index] = value + origin[index]
-        self.speed = speed
-        if newpos != self.last_position:
+        if "F" in params:
+            self.speed = self.read_speed(gcmd)
+        if named:
             self.last_position = newpos
-            self._make_move(newpos[0], newpos[1], newpos[2], newpos[3])
+            self.make_move(*newpos[:4], self.speed)
 
-    def _read_speed(self, gcmd):
+    def read_speed(self, gcmd):
+        """Speed in mm/s that the word F gives.  Raises CommandError."""
         value = gcmd.get_float("F")
         if value <= 0.:
             raise gcmd.error("Invalid speed in '%s': F is %s, it must be above 0"

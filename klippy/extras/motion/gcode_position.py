@@ -51,15 +51,8 @@ class PositionCommands:
 
     def _move_to(self, target, speed):
         """Move without a change of the G-code's own speed."""
-        owner = self.owner
-        owner.last_position = list(target)
-        is_done = False
-        try:
-            owner.move_with_transform(target, speed)
-            is_done = True
-        finally:
-            if not is_done:
-                owner.reset_last_position()
+        self.owner.last_position = list(target)
+        self.owner.make_move(*target[:4], speed)
 
     cmd_SAVE_GCODE_STATE_help = "Keep position, modes and factors under a name"
 

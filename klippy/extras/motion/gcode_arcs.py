@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""[gcode_arcs]: G2 and G3, arcs made of short straight moves."""
+
+import math
+
+import cython
+
+if cython.compiled:
+    from cython.cimports.libc.math import cos, sin
+else:
+    from math import cos, sin
+
+# Orders of the axes: a, b of the plane, c at right angles to it
+PLANES = {"G17": ("IJ", (0, 1, 2)), "G18": ("IK", (0, 2, 1)), "G19": ("JK", (1, 2, 0))}
+# Ends closer than this (mm) are one point: a full circle
+SAME_POINT = 1e-6
+# Greatest turn of one move, so that small circles are round
+MAX_TURN = math.pi / 8.
+MAX_MOVES = 1000000
+
+
+class Arc:
+    """A circular or helical path around center; all points are x, y, z in mm.
+
+    axes: order as in PLANES.  If the end is off the circle, the radius
+    changes evenly on the way.
+    """
+
+    def __init__(self, start, end, arm, axes, is_clockwise):
+        self.axis_a, self.axis_b, self.axis_c = axes
+        if not cython.compiled:
+            self.start, self.end, self.point = [0.] * 3, [0.] * 3, [0.] * 3
+        for axis in range(3):
+            self.start[axis] = start[axis]
+            self.end[axis] = end[axis]
+        self.arm_a, self.arm_b = -arm[0], -arm[1]
+        self.center_a = start[self.axis_a] + arm[0]
+        self.center_b = start[self.axis_b] + arm[1]
+        self._find_angle(is_clockwise)
+
+    def _find_angle(self, is_clockwise):
+        end_a = self.end[self.axis_a] - self.center_a
+        end_b = self.end[self.axis_b] - self.center_b
+        self.radius = math.hypot(self.arm_a, self.arm_b)
+        self.end_radius = math.hypot(end_a, end_b)
+        angle = math.atan2(self.arm_a * end_b - self.arm_b * end_a,
+                           self.arm_a * end_a + self.arm_b * end_b)
+        if math.hypot(end_a - self.arm_a, end_b - self.arm_b) < SAME_POINT:
+            angle = 0.
+        if is_clockwise:
+            self.angle = angle - 2. * math.pi if angle >= 0. else angle
+        else:
+            self.angle = angle + 2. * math.pi if angle <= 0. else angle
+        return 0
+
+    def count_moves(self, resolution):
+        """How many moves are at most resolution mm long and bend little."""
+        rise = self.end[self.axis_c] - self.start[self.axis_c]
+        length = math.hypot(self.angle * max(self.radius, self.end_radius), rise)
+        return max(1, math.ceil(length / resolution - 1e-9),
+                   math.ceil(abs(self.angle) / MAX_TURN - 1e-9))
+
+    def _find_point(self, share):
+        turned = self.angle * share
+        cosine, sine = cos(turned), sin(turned)
+        radius = 1.
+        if self.radius > 0.:
+            radius += (self.end_radius / self.radius - 1.) * share
+        self.point[self.axis_a] = self.center_a + radius * (
+            self.arm_a * cosine - self.arm_b * sine)
+        self.point[self.axis_b] = self.center_b + radius * (
+            self.arm_a * sine + self.arm_b * cosine)
+        self.point[self.axis_c] = self.start[self.axis_c] + share * (
+            self.end[self.axis_c] - self.start[self.axis_c])
+        return 0
+
+    def find_point(self, share):
+        """(x, y, z) after a share (0..1) of the way."""
+        self._find_point(share)
+        return self.point[0], self.point[1], self.point[2]
+
+    def run(self, count, start_e, end_e, speed, make_move):
+        """Call make_move(x, y, z, e, speed) count times, last with the end."""
+        way_e = end_e - start_e
+        for index in range(1, count):
+            share = index / count
+            self._find_point(share)
+            make_move(self.point[0], self.point[1], self.point[2],
+                      start_e + way_e * share, speed)
+        make_move(self.end[0], self.end[1], self.end[2], end_e, speed)
+
+
+class ArcSupport:
+    """G2 and G3 in the plane that G17, G18 or G19 has chosen."""
+
+    def __init__(self, config):
+        printer = config.get_printer()
+        self.resolution = config.getfloat("resolution", 1., above=0.)
+        self.gcode_move = printer.load_object(config, "gcode_move")
+        self.letters, self.axes = PLANES["G17"]
+        register = printer.lookup_object("gcode").register_command
+        register("G2", self.cmd_G2)
+        register("G3", self.cmd_G3)
+        for name in PLANES:
+            register(name, self.cmd_plane)
+
+    def cmd_plane(self, gcmd):
+        """G17, G18, G19: choose the plane of the arcs to come."""
+        self.letters, self.axes = PLANES[gcmd.get_command()]
+
+    def cmd_G2(self, gcmd):
+        """Arc, clockwise."""
+        self._run_arc(gcmd, True)
+
+    def cmd_G3(self, gcmd):
+        """Arc, counter-clockwise."""
+        self._run_arc(gcmd, False)
+
+    def _run_arc(self, gcmd, is_clockwise):
+        gcode_move = self.gcode_move
+        if not gcode_move.absolute_coord:
+            raise gcmd.error("G2/G3 does not support relative move mode (G91):"
+                             " use G90")
+        if gcmd.get("R", None) is not None:
+            raise gcmd.error("G2/G3 does not support R moves: give the centre by %s"
+                             % (" and ".join(self.letters),))
+        arm = [gcmd.get_float(letter, 0.) for letter in self.letters]
+        if not any(arm):
+            raise gcmd.error("G2/G3 requires IJ, IK or JK parameters: the centre, by"
+                             " %s in this plane" % (" and ".join(self.letters),))
+        start, end = gcode_move.last_position, self._read_end(gcmd)
+        speed = self._read_speed(gcmd)
+        arc = Arc(start[:3], end[:3], arm, self.axes, is_clockwise)
+        count = arc.count_moves(self.resolution)
+        if count > MAX_MOVES:
+            raise gcmd.error("Error on '%s': the arc would need %d moves (at most %d)"
+                             % (gcmd.get_commandline(), count, MAX_MOVES))
+        gcode_move.speed = speed
+        arc.run(count, start[3], end[3], speed, gcode_move.make_move)
+
+    def _read_end(self, gcmd):
+        """Where the arc ends, in positions of the head: [x, y, z, e]."""
+        gcode_move = self.gcode_move
+        end = list(gcode_move.last_position[:4])
+        for axis, letter in enumerate("XYZE"):
+            value = gcmd.get_float(letter, None)
+            if value is None:
+                continue
+            origin = gcode_move.base_position
+            if letter == "E":
+                value *= gcode_move.extrude_factor
+                if not gcode_move.absolute_extrude:
+                    origin = gcode_move.last_position
+            end[axis] = value + origin[axis]
+        return end
+
+    def _read_speed(self, gcmd):
+        if gcmd.get("F", None) is None:
+            return self.gcode_move.speed
+        return self.gcode_move.read_speed(gcmd)
+
+
+def load_config(config):
+    return ArcSupport(config)
