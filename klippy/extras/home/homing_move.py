@@ -68,7 +68,7 @@ class HomingMove:
         self.stepper_positions = [
             StepperPosition(stepper, name) for endstop, name in self.endstops
             for stepper in endstop.get_steppers()]
-        finished = self._arm(movepos, speed, triggered)
+        finished = self._arm_all(movepos, speed, triggered)
         self._drive(movepos, speed, finished)
         trigger_times = self._await_triggers(check_triggered)
         if self.printer.is_shutdown():
@@ -81,15 +81,20 @@ class HomingMove:
 
     # The move
 
-    def _arm(self, movepos, speed, triggered):
+    def _arm_all(self, movepos, speed, triggered):
         """Watch the endstops; returns a completion for all of them."""
         print_time = self.toolhead.get_last_move_time()
         completions = []
-        for endstop, _ in self.endstops:
-            rest_time = self._calc_rest_time(endstop, movepos, speed)
-            completions.append(endstop.home_start(
-                print_time, ENDSTOP_SAMPLE_TIME, ENDSTOP_SAMPLE_COUNT, rest_time,
-                triggered=triggered))
+        try:
+            for endstop, _ in self.endstops:
+                rest_time = self._calc_rest_time(endstop, movepos, speed)
+                completions.append(endstop.home_start(
+                    print_time, ENDSTOP_SAMPLE_TIME, ENDSTOP_SAMPLE_COUNT,
+                    rest_time, triggered=triggered))
+        except PrinterError:
+            for endstop, _ in self.endstops[:len(completions)]:
+                endstop.home_wait(print_time)
+            raise
         self.toolhead.dwell(HOMING_START_DELAY)
         return await_all(self.printer.get_reactor(), completions)
 
@@ -147,6 +152,9 @@ class HomingMove:
         """Set the toolhead's position to that at rest; returns the trigger's."""
         self.toolhead.flush_step_generation()
         end_time = self.toolhead.get_last_move_time()
+        for stepper in {moved.stepper_name: moved.stepper
+                        for moved in self.stepper_positions}.values():
+            stepper.note_homing_end()
         for moved in self.stepper_positions:
             moved.note_home_end(trigger_times.get(moved.endstop_name, end_time))
         if probe_pos or self.error is not None:
