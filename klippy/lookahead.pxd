@@ -72,7 +72,8 @@ cdef class LookAheadQueue:
                    j=Py_ssize_t, top=double, hill_top=double, last_top=double,
                    calm=double)
     cdef Py_ssize_t cap_hills(self, Py_ssize_t count, bint is_final) except -1
-    @cython.locals(move=Move, i=Py_ssize_t, end=Py_ssize_t, top=double, peak=double)
+    @cython.locals(move=Move, i=Py_ssize_t, end=Py_ssize_t, top=double, peak=double,
+                   end_full=double)
     cdef Py_ssize_t close_hill(self, Py_ssize_t first, Py_ssize_t count,
                                double hill_top, bint is_final) except -1
     @cython.locals(move=Move)

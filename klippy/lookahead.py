@@ -140,7 +140,8 @@ class Move(TrapMove):
         # Of half the angle between the ways: 90 degrees for a straight line
         sine = sqrt(0.5 * (1. + along)) if along > -1. else 0.
         cosine = sqrt(0.5 * (1. - along)) if along < 1. else 0.
-        if sine >= 1. or cosine <= 0.:
+        # Straight but for rounding (2e-6 rad); a literal is free of look-ups
+        if cosine <= 1e-6 or sine >= 1.:
             return fmin(self.max_cruise_v2, prev.max_cruise_v2)
         radius = sine / (1. - sine)
         corner = fmin(radius * self.junction_deviation * self.accel,
@@ -344,7 +345,10 @@ class LookAheadQueue:
         for i in range(first, count):
             move = self.queue[i]
             top = move.cap_v2
-            peak = 0.5 * (move.full_v2 + self.find_end_full(i) + move.delta_v2)
+            end_full = self.find_end_full(i)
+            peak = 0.5 * (move.full_v2 + end_full + move.delta_v2)
+            # Rounding must not let the cap touch start or end only sometimes
+            peak = fmax(peak, fmax(move.full_v2, end_full))
             if not is_final and hill_top < fmin(move.max_cruise_v2, peak):
                 end = i
                 break

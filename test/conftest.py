@@ -7,7 +7,7 @@ import sys
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-for folder in (ROOT, ROOT / "test" / "unit"):
+for folder in (ROOT, ROOT / "test", ROOT / "test" / "unit"):
     if str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
 

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The speeds of moves between two rests, by the rules of the motion page.
+
+A second reading of docs/internals/motion.md: everything is known at once,
+every rule is one plain loop, names are those of the page.
+"""
+
+import dataclasses
+import math
+
+SHORTEST_WAY = 1e-9
+VALLEY_MARGIN = 1e-6
+STRAIGHT = 1e-6
+
+
+@dataclasses.dataclass
+class Planned:
+    """One move with its trapezoid; mm, mm/s, mm/s^2."""
+    start: tuple
+    end: tuple
+    d: float
+    way: tuple                  # mm of (x, y, z, e) a mm of way
+    filament_alone: bool
+    vmax2: float
+    a: float
+    g: float
+    jd: float
+    filament_jump: float
+    v_start: float = 0.
+    v_cruise: float = 0.
+    v_end: float = 0.
+
+    @property
+    def D(self):
+        return 2. * self.d * self.a
+
+    @property
+    def G(self):
+        return min(2. * self.d * self.g, self.D)
+
+    def limit(self, speed, accel):
+        self.vmax2 = min(self.vmax2, speed * speed)
+        self.a = min(self.a, accel)
+        self.g = min(self.g, self.a)
+
+
+def plan(wanted, extra_limit=None):
+    """Planned moves for the Wanted between two rests.
+
+    extra_limit(move): what else the machine limits, by move.limit().
+    """
+    moves = [m for m in (allow(w) for w in wanted) if m is not None]
+    if extra_limit is not None:
+        for move in moves:
+            extra_limit(move)
+    set_speeds(moves)
+    return moves
+
+
+def allow(w):
+    """What one move is allowed, or None if it leads nowhere."""
+    delta = tuple(b - a for a, b in zip(w.start, w.end, strict=True))
+    d, lim = math.hypot(*delta[:3]), w.limits
+    alone = d < SHORTEST_WAY
+    if alone:
+        d, delta = abs(delta[3]), (0., 0., 0., delta[3])
+    if not d:
+        return None
+    accel = 1e8 if alone else lim.max_accel
+    vmax = w.speed if alone else min(w.speed, lim.max_velocity)
+    jd = lim.corner_velocity ** 2 * (math.sqrt(2.) - 1.) / lim.max_accel
+    move = Planned(w.start, w.end, d, tuple(x / d for x in delta), alone, vmax ** 2,
+                   accel, accel * (1. - lim.cruise_ratio), jd, lim.filament_jump)
+    rz, r = abs(move.way[2]), abs(move.way[3])
+    if rz:
+        move.limit(lim.max_z_velocity / rz, lim.max_z_accel / rz)
+    if r and (not any(delta[:2]) or delta[3] < 0.):
+        move.limit(lim.filament_velocity / r, lim.filament_accel / r)
+    return move
+
+
+def junction(before, after):
+    """J: greatest v2 where two moves meet."""
+    if before.filament_alone or after.filament_alone:
+        return 0.
+    limits = [before.vmax2, after.vmax2]
+    cos_between = sum(p * q for p, q in
+                      zip(before.way[:3], after.way[:3], strict=True))
+    # The angle between the ways: 180 degrees if straight on, 0 if back.
+    sin_half = math.sqrt(max(0., 0.5 * (1. + cos_between)))
+    cos_half = math.sqrt(max(0., 0.5 * (1. - cos_between)))
+    if cos_half > STRAIGHT:
+        for m in (before, after):
+            if sin_half < 1.:
+                limits.append(sin_half / (1. - sin_half) * m.jd * m.a)
+            limits.append(0.5 * m.d * sin_half / cos_half * m.a)
+    change = abs(after.way[3] - before.way[3])
+    if change:
+        limits.append((after.filament_jump / change) ** 2)
+    return min(limits)
+
+
+def greatest(J, change):
+    """Greatest v2 at each junction with |difference| <= change over a move."""
+    v2 = list(J)
+    for i in reversed(range(len(change))):
+        v2[i] = min(v2[i], v2[i + 1] + change[i])
+    for i in range(len(change)):
+        v2[i + 1] = min(v2[i + 1], v2[i] + change[i])
+    return v2
+
+
+def hill_tops(C, T):
+    """For each move the top of its hill; T and C as on the page."""
+    tops, first = [], 0
+    for i in range(1, len(T) + 1):
+        if i == len(T) or (exceeds(T[i - 1], C[i]) and exceeds(T[i], C[i])):
+            tops += [max(T[first:i])] * (i - first)
+            first = i
+    return tops
+
+
+def exceeds(top, bottom):
+    """True if a speed rises enough above a junction to make it a valley."""
+    return top - bottom > VALLEY_MARGIN * top
+
+
+def set_speeds(moves):
+    """Give each move its speeds; the whole sequence at once."""
+    J = [0., *(junction(p, q) for p, q in zip(moves, moves[1:], strict=False)), 0.]
+    S = greatest(J, [m.D for m in moves])
+    C = greatest(J, [m.G for m in moves])
+    T = [min(m.vmax2, 0.5 * (C[i] + C[i + 1] + m.G)) for i, m in enumerate(moves)]
+    for i, (m, top) in enumerate(zip(moves, hill_tops(C, T), strict=True)):
+        cap = min(m.vmax2, top)
+        start, end = min(S[i], cap), min(S[i + 1], cap)
+        cruise = min(cap, 0.5 * (start + end + m.D))
+        m.v_start, m.v_cruise, m.v_end = map(math.sqrt, (start, cruise, end))
+
+
+def pieces(moves, t=0.):
+    """Rows of truth.path for planned moves that begin at time t, and the end."""
+    rows = []
+    for m in moves:
+        (x, y, z, e), (rx, ry, rz, re) = m.start, m.way
+        advance = float(re > 0. and (rx != 0. or ry != 0.))
+        for duration, v, accel in phases(m):
+            if duration <= 0.:
+                continue
+            rows.append((t, duration, v, accel, x, y, z, rx, ry, rz, e, re, advance))
+            t += duration
+            s = (v + 0.5 * accel * duration) * duration
+            x, y, z, e = x + rx * s, y + ry * s, z + rz * s, e + re * s
+    return rows, t
+
+
+def phases(m):
+    """(duration, start speed, acceleration) of the three parts of a move."""
+    up = (m.v_cruise ** 2 - m.v_start ** 2) / (2. * m.a)
+    down = (m.v_cruise ** 2 - m.v_end ** 2) / (2. * m.a)
+    level = max(0., m.d - up - down)
+    return (((m.v_cruise - m.v_start) / m.a, m.v_start, m.a),
+            (level / m.v_cruise, m.v_cruise, 0.),
+            ((m.v_cruise - m.v_end) / m.a, m.v_cruise, -m.a))
