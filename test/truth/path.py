@@ -10,6 +10,8 @@ import numpy as np
 
 PIECE_FIELDS = ("t0", "duration", "v0", "accel", "x", "y", "z", "rx", "ry", "rz",
                 "e", "re", "advance")
+GAUSS = 1.0 / np.sqrt(3.0)
+BATCH = 200000
 
 
 class Path:
@@ -40,13 +42,18 @@ class Path:
                          self.z[index] + self.rz[index] * s], axis=1)
 
     def extruder(self, t, advance=0.0, smooth_time=0.0):
-        """Filament position (n,) with smoothed linear pressure advance."""
+        """Filament position (n,) with smoothed linear pressure advance.
+
+        The lead is advance * the piece's own `advance` * speed.
+        """
         t = np.asarray(t, dtype=np.float64)
         if not advance or not smooth_time:
-            return self._extruder_raw(t, 0.0)
-        return np.array([self._smoothed(x, advance, 0.5 * smooth_time) for x in t])
+            return self._filament(t, 0.0)
+        return np.concatenate(
+            [np.zeros(0)] + [self._smoothed(t[i:i + BATCH], advance, 0.5 * smooth_time)
+                             for i in range(0, len(t), BATCH)])
 
-    def _extruder_raw(self, t, advance):
+    def _filament(self, t, advance):
         index, local = self._locate(t)
         s = self.distance_in_piece(index, local)
         inside = (t >= self.t0[index]) & (t <= self.t1[index])
@@ -57,26 +64,26 @@ class Path:
     def _smoothed(self, t, advance, half):
         """Weighted mean over [t-half, t+half], weight falling linearly to 0.
 
-        On each piece the integrand is a cubic at most, so two Gauss points
-        integrate it without error.
+        Both halves of the window are cut at the borders of pieces.  In each cut
+        the integrand is a cubic at most, which two Gauss points integrate
+        without error.  Means are of the difference to the position at t.
         """
-        first = np.searchsorted(self.t1, t - half, side="right")
-        last = np.searchsorted(self.t0, t + half, side="left")
-        edges = np.concatenate([[t - half, t, t + half], self.t0[first:last],
-                                self.t1[first:last]])
-        edges = np.unique(edges[(edges >= t - half) & (edges <= t + half)])
-        mid = 0.5 * (edges[1:] + edges[:-1])
-        width = 0.5 * (edges[1:] - edges[:-1])
-        index, _ = self._locate(mid)
-        at_rest = (mid < self.t0[index]) | (mid > self.t1[index])
-        total = 0.0
-        for node in (-1.0 / np.sqrt(3.0), 1.0 / np.sqrt(3.0)):
-            x = mid + node * width
-            local = np.clip(x - self.t0[index], 0.0, self.duration[index])
-            s = self.distance_in_piece(index, local)
-            velocity = np.where(at_rest, 0.0, self.v0[index] + self.accel[index] * local)
-            value = self.e[index] + self.re[index] * (
-                s + advance * self.advance[index] * velocity)
-            weight = (half - np.abs(x - t)) / (half * half)
-            total += float(np.sum(width * weight * (value - self.e[index[0]])))
-        return total + float(self.e[index[0]])
+        borders = np.unique(np.concatenate([self.t0, self.t1]))
+        middle = self._filament(t, 0.0)
+        total = np.zeros(len(t))
+        for low, high in ((t - half, t), (t, t + half)):
+            first = np.searchsorted(borders, low, side="right")
+            count = np.searchsorted(borders, high, side="left") - first + 1
+            owner = np.repeat(np.arange(len(t)), count)
+            number = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+            after = np.clip(first[owner] + number, 0, len(borders) - 1)
+            before = np.clip(first[owner] + number - 1, 0, len(borders) - 1)
+            left = np.where(number == 0, low[owner], borders[before])
+            right = np.where(number == count[owner] - 1, high[owner], borders[after])
+            centre, width = 0.5 * (left + right), 0.5 * (right - left)
+            for node in (-GAUSS, GAUSS):
+                x = centre + node * width
+                weight = width * (half - np.abs(x - t[owner]))
+                value = self._filament(x, advance) - middle[owner]
+                total += np.bincount(owner, weight * value, len(t))
+        return middle + total / (half * half)
