@@ -65,6 +65,7 @@ class Wanted:
     end: tuple
     speed: float
     limits: Limits
+    advance: float = 0.         # pressure advance, s
 
 
 @dataclasses.dataclass
@@ -73,15 +74,12 @@ class Sequence:
     moves: list
     pause: float = 0.           # s of rest asked for after it
     ended_by: str = ""
-    advance: list = dataclasses.field(default_factory=list)
-    # (index of the first move with it, pressure advance s, smooth time s)
 
 
 class Reader:
     """Turns lines into sequences; positions after homing are given to it."""
 
-    def __init__(self, limits, start=(0., 0., 0., 0.), advance=(0., 0.04),
-                 homed=()):
+    def __init__(self, limits, start=(0., 0., 0., 0.), advance=0., homed=()):
         self.limits = limits
         self.position = list(start)
         self.base = [0., 0., 0., 0.]
@@ -89,7 +87,7 @@ class Reader:
         self.absolute = self.absolute_e = True
         self.homed = list(homed)        # (x, y, z) after each G28
         self.advance = advance
-        self.current = Sequence([], advance=[(0, *advance)])
+        self.current = Sequence([])
         self.sequences = []
 
     def read(self, text):
@@ -109,7 +107,7 @@ class Reader:
         """Come to rest, and stay so for pause s."""
         self.current.ended_by, self.current.pause = name, pause
         self.sequences.append(self.current)
-        self.current = Sequence([], advance=[(0, *self.advance)])
+        self.current = Sequence([])
 
     def feed(self, name, words):
         if name in IGNORED:
@@ -137,7 +135,8 @@ class Reader:
             self.speed = p["F"] / 60.
         if target != self.position:
             self.current.moves.append(Wanted(
-                tuple(self.position), tuple(target), self.speed, self.limits))
+                tuple(self.position), tuple(target), self.speed, self.limits,
+                self.advance))
             self.position = target
 
     do_G0 = do_G1
@@ -185,6 +184,4 @@ class Reader:
             self.limits, **{names[k]: float(v) for k, v in p.items()})
 
     def do_SET_PRESSURE_ADVANCE(self, p):
-        self.advance = (float(p.get("ADVANCE", self.advance[0])),
-                        float(p.get("SMOOTH_TIME", self.advance[1])))
-        self.current.advance.append((len(self.current.moves), *self.advance))
+        self.advance = float(p["ADVANCE"])

@@ -26,6 +26,7 @@ class Planned:
     g: float
     jd: float
     filament_jump: float
+    advance: float = 0.         # pressure advance, s
     v_start: float = 0.
     v_cruise: float = 0.
     v_end: float = 0.
@@ -70,7 +71,8 @@ def allow(w):
     vmax = w.speed if alone else min(w.speed, lim.max_velocity)
     jd = lim.corner_velocity ** 2 * (math.sqrt(2.) - 1.) / lim.max_accel
     move = Planned(w.start, w.end, d, tuple(x / d for x in delta), alone, vmax ** 2,
-                   accel, accel * (1. - lim.cruise_ratio), jd, lim.filament_jump)
+                   accel, accel * (1. - lim.cruise_ratio), jd, lim.filament_jump,
+                   w.advance)
     rz, r = abs(move.way[2]), abs(move.way[3])
     if rz:
         move.limit(lim.max_z_velocity / rz, lim.max_z_accel / rz)
@@ -143,7 +145,7 @@ def pieces(moves, t=0.):
     rows = []
     for m in moves:
         (x, y, z, e), (rx, ry, rz, re) = m.start, m.way
-        advance = float(re > 0. and (rx != 0. or ry != 0.))
+        advance = m.advance if re > 0. and (rx or ry) else 0.
         for duration, v, accel in phases(m):
             if duration <= 0.:
                 continue

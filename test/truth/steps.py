@@ -32,6 +32,20 @@ def check_steps(times, directions, start_steps, position, step_dist, tick,
     return bad, final
 
 
+def check_counts(times, directions, start_steps, position, step_dist, bound, at):
+    """Indexes of moments `at` (m,) s at which the count is not what it must be.
+
+    A count is right if it is the exact position, rounded, at some moment not
+    further off than the bound (s).  Finds steps that are missing altogether.
+    """
+    counts = np.concatenate([[0], np.cumsum(directions)]) + start_steps
+    count = counts[np.searchsorted(times, at, side="right")]
+    near = np.stack([position(at - bound), position(at), position(at + bound)])
+    slack = 0.5 + 2.0 * ROUNDING / step_dist
+    low, high = near.min(axis=0) / step_dist, near.max(axis=0) / step_dist
+    return np.nonzero((count < low - slack) | (count > high + slack))[0]
+
+
 def worst_error(times, directions, start_steps, position, step_dist, index):
     """Signed time (s) from step `index` to its exact crossing, by bisection."""
     count = start_steps + int(np.sum(directions[:index + 1]))
