@@ -23,6 +23,7 @@ PAYLOAD_MAX = 59
 RECORD = re.compile(r"@@DECL\s+(\w+)\s+@\|(.*?)@@END", re.S)
 PARAM = re.compile(r"^(\w+)=(%\.\*s|%\*s|%c|%hu|%hi|%u|%i)$")
 OUTPUT_PARAM = re.compile(r"%(?:\.\*s|\*s|c|hu|hi|u|i)")
+PIN = re.compile(r"(^|_)pin$")
 C_TYPES = {"%c": "uint8_t", "%hu": "uint16_t", "%hi": "int16_t",
            "%u": "uint32_t", "%i": "int32_t"}
 SIZES = {"%c": 2, "%hu": 3, "%hi": 3, "%u": 5, "%i": 5}
@@ -99,7 +100,9 @@ class Message:
         lines = ["struct args_%s {" % self.name]
         for name, kind in self.params:
             if kind in C_TYPES:
-                lines.append("    COMMAND_ARG %s %s;" % (C_TYPES[kind], name))
+                # A pin's number may exceed its format's nominal size.
+                c_type = "uint32_t" if PIN.search(name) else C_TYPES[kind]
+                lines.append("    COMMAND_ARG %s %s;" % (c_type, name))
             else:
                 lines.append("    COMMAND_ARG uint8_t %s_len;" % name)
                 lines.append("    COMMAND_ARG const uint8_t *%s;" % name)

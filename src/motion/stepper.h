@@ -8,8 +8,12 @@
 #define MOTION_STEPPER_H
 
 #include <stdint.h>
+#include "port.h"
 
-#define STEPPER_MAX_LAG_US 1000 /* behind by more: stop rather than race */
+/* Behind by more: stop rather than race.  A port may know better. */
+#ifndef STEPPER_MAX_LAG_US
+#define STEPPER_MAX_LAG_US 1000
+#endif
 
 /* Edges of an edge-triggered driver come no closer than this. */
 #define STEPPER_EDGE_TICKS ((CONFIG_CLOCK_FREQ + 7999999) / 8000000)
