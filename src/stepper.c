@@ -249,13 +249,15 @@ static void choose_event(struct stepper *s, uint32_t pulse_ticks)
 /* invert_step: 0, 1, or -1 for a driver that steps on both edges. */
 void command_config_stepper(const struct args_config_stepper *args)
 {
-    struct stepper *s = oid_new(args->oid, &stepper_kind);
     int8_t invert = (int8_t)args->invert_step;
+    struct gpio_out step_pin = gpio_setup_output(args->step_pin, invert > 0);
+    struct gpio_out dir_pin = gpio_setup_output(args->dir_pin, 0);
+    struct stepper *s = oid_new(args->oid, &stepper_kind);
 
     s->is_edge = invert < 0;
     s->idle_level = invert > 0;
-    s->step_pin = gpio_setup_output(args->step_pin, s->idle_level);
-    s->dir_pin = gpio_setup_output(args->dir_pin, 0);
+    s->step_pin = step_pin;
+    s->dir_pin = dir_pin;
     s->last = &s->first;
     choose_event(s, args->step_pulse_ticks);
     movecell_request(sizeof(struct run));

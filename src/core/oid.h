@@ -13,7 +13,8 @@ struct oid_kind {
     uint16_t size;
 };
 
-/* Task: a new zeroed object under this number. */
+/* Task: a new zeroed object under this number.  Set its pins up first: an
+ * object with a pin that does not exist must not meet the shutdown. */
 void *oid_new(uint8_t oid, const ROM struct oid_kind *kind);
 
 /* Task: the object with this number; shutdown if it is of another kind. */

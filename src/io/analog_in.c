@@ -77,9 +77,10 @@ static bool sample_event(struct timer *timer)
 
 void command_config_analog_in(const struct args_config_analog_in *args)
 {
+    struct gpio_adc pin = adc_setup(args->pin);
     struct analog_in *a = oid_new(args->oid, &analog_in_kind);
 
-    a->pin = adc_setup(args->pin);
+    a->pin = pin;
     a->timer.event = sample_event;
 }
 DECL_COMMAND(command_config_analog_in, "config_analog_in oid=%c pin=%u");

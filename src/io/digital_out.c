@@ -84,11 +84,12 @@ static const ROM struct timed_output_kind digital_timed_kind = {
 
 void command_config_digital_out(const struct args_config_digital_out *args)
 {
+    struct gpio_out pin = gpio_setup_output(args->pin, args->value != 0);
     struct digital_out *d = oid_new(args->oid, &digital_out_kind);
 
     d->level = args->value != 0;
     d->default_level = args->default_value != 0;
-    d->pin = gpio_setup_output(args->pin, d->level);
+    d->pin = pin;
     d->cycle_timer.event = cycle_event;
     timed_output_setup(&d->out, &digital_timed_kind, args->max_duration);
     timed_output_start(&d->out, d->level == d->default_level);

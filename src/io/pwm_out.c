@@ -34,9 +34,10 @@ static const ROM struct timed_output_kind pwm_timed_kind = {
 
 void command_config_pwm_out(const struct args_config_pwm_out *args)
 {
+    struct gpio_pwm pin = pwm_setup(args->pin, args->cycle_ticks, args->value);
     struct pwm_out *p = oid_new(args->oid, &pwm_out_kind);
 
-    p->pin = pwm_setup(args->pin, args->cycle_ticks, args->value);
+    p->pin = pin;
     p->default_value = args->default_value;
     timed_output_setup(&p->out, &pwm_timed_kind, args->max_duration);
     timed_output_start(&p->out, args->value == args->default_value);

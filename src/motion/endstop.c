@@ -62,9 +62,10 @@ static bool rest_event(struct timer *timer)
 
 void command_config_endstop(const struct args_config_endstop *args)
 {
+    struct gpio_in pin = gpio_setup_input(args->pin, (int8_t)args->pull_up);
     struct endstop *e = oid_new(args->oid, &endstop_kind);
 
-    e->pin = gpio_setup_input(args->pin, (int8_t)args->pull_up);
+    e->pin = pin;
 }
 DECL_COMMAND(command_config_endstop, "config_endstop oid=%c pin=%c pull_up=%c");
 
