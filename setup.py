@@ -19,8 +19,9 @@ CSRC = pathlib.Path("klippy_ext/csrc")
 LIBRARY = "libklippyc.so"
 C_FLAGS = ["-std=gnu11", "-O3", "-g", "-fPIC", "-Wall", "-Wextra", "-Wshadow",
            "-Wconversion", "-Wno-sign-conversion", "-fno-math-errno"]
-DIRECTIVES = {"language_level": 3, "boundscheck": False, "wraparound": False,
-              "cdivision": True, "initializedcheck": False,
+# Compiled modules behave as uncompiled ones do, indexes and divisions too; a
+# module whose hot path was measured to need it says otherwise in its first lines
+DIRECTIVES = {"language_level": 3, "initializedcheck": False,
               "embedsignature": True, "annotation_typing": False}
 
 

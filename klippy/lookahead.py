@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+# cython: boundscheck=False, wraparound=False, cdivision=True
 """Speeds of moves that wait for the next ones: corners, ramps and calm.
 
 A move's speeds are fixed when nothing that may follow can change them, so the
