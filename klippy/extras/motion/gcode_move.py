@@ -8,7 +8,6 @@ passes through cmd_G1().  See docs/internals/gcode_move.md.
 import logging
 import math
 
-import cython
 from klippy.extras.gcode_position import PositionCommands
 
 from klippy.errors import CommandError
@@ -164,7 +163,6 @@ class GCodeMove(MoveSink):
 
     # Moves
 
-    @cython.boundscheck(True)   # plug-ins assign the lists
     def move_line(self, scan):
         """Make the plain move that scan holds.  Raises CommandError."""
         mask = scan.mask
@@ -192,7 +190,6 @@ class GCodeMove(MoveSink):
             self.make_move(x, y, z, e, self.speed)
         return 0
 
-    @cython.boundscheck(True)
     def make_move(self, x, y, z, e, speed):
         """Move to a position of the head (mm) at a speed (mm/s).
 

@@ -2,4 +2,6 @@
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+UNIT = pathlib.Path(__file__).resolve().parents[2]
+for folder in (UNIT, UNIT / "simulator"):
+    sys.path.insert(0, str(folder))
