@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Compare what the pins of a printer did with what G-code and config ask for.
+
+The model is `truth`; from the host it takes only where and when the machine
+rested before the job, and the times at which print_time was moved ahead.
+"""
+
+import dataclasses
+
+import numpy as np
+from truth import gcode, machines, plan
+from truth.path import Path
+from truth.steps import TOLERANCE, check_counts, check_steps, worst_error
+
+# Steps looked at to find out which of the times is the start of a sequence
+PROBE_STEPS = 300
+SAMPLE_PERIOD = 0.002
+
+
+@dataclasses.dataclass
+class Motor:
+    """One stepper: exact position (mm, relative to count 0) as f(path, times)."""
+    name: str
+    position: object
+    step_dist: float
+    times: np.ndarray
+    directions: np.ndarray
+    start_count: int
+
+
+class Judge:
+    """Checks the steps of one run of a job against the model."""
+
+    def __init__(self, run, config_text, job, start, smooth_time=0.04,
+                 extra_limit=None, tolerance=TOLERANCE):
+        """start: Snapshot before the job.  extra_limit: see truth.plan.plan()."""
+        self.run, self.start, self.extra_limit = run, start, extra_limit
+        self.config = machines.read_config(config_text)
+        self.smooth_time = smooth_time
+        self.bound = tolerance
+        self.tick = 1. / run.freq
+        self.motors = self._list_motors()
+        advance = float(self.config.get("extruder", {}).get("pressure_advance", 0.))
+        reader = gcode.Reader(gcode.Limits.from_config(self.config), start.position,
+                              advance)
+        self.sequences = reader.read(job)
+        self.end_position = reader.position
+
+    def _list_motors(self):
+        motors = []
+        for name, (function, step_dist) in machines.steppers(self.config).items():
+            motors.append(self._make_motor(
+                name, lambda path, t, f=function: f(path.xyz(t)), step_dist))
+        if "extruder" in self.config:
+            section = self.config["extruder"]
+            motors.append(self._make_motor(
+                "extruder", lambda path, t: path.extruder(
+                    t, 1. if path.advance.any() else 0., self.smooth_time),
+                machines.step_distance(section)))
+        return motors
+
+    def _make_motor(self, name, function, step_dist):
+        origin = self.start.origins[name]
+        times, directions = self.run.get_steps(name)
+        return Motor(name, lambda path, t: function(path, t) - origin, step_dist,
+                     times, directions, self.start.counts[name])
+
+    # When sequences begin
+
+    def find_path(self):
+        """The Path of the whole job."""
+        rows, time = [], self.start.print_time
+        everything = np.sort(np.concatenate([m.times for m in self.motors]))
+        pause = 0.
+        for sequence in self.sequences:
+            moves = plan.plan(sequence.moves, self.extra_limit)
+            if moves:
+                begin = self._find_start(moves, time, pause, everything)
+                more, time = plan.pieces(moves, begin)
+                rows += more
+                pause = 0.
+            pause += sequence.pause
+        return Path(rows)
+
+    def _find_start(self, moves, time, pause, everything):
+        """The time, of those known to the host, that fits the first steps."""
+        candidates = {time + pause}
+        for sync in self.run.sync_times:
+            if sync >= time:
+                candidates |= {sync, sync + pause}
+        # The drive moves half a window before and after the head
+        window = 0.5 * self.smooth_time + self.bound
+        first = np.searchsorted(everything, time + window)
+        latest = everything[first] + window if first < len(everything) else np.inf
+        scores = [(self._count_bad(moves, c), -c)
+                  for c in candidates if c <= latest]
+        if not scores:
+            raise AssertionError("no time from which %s to %s can begin"
+                                 % (moves[0].start, moves[-1].end))
+        return -min(scores)[1]
+
+    def _count_bad(self, moves, begin):
+        rows, end = plan.pieces(moves, begin)
+        path, bad = Path(rows), 0
+        for motor in self.motors:
+            low, high = np.searchsorted(motor.times, [begin - self.bound, end])
+            part = slice(low, min(high, low + PROBE_STEPS))
+            count = motor.start_count + int(np.sum(motor.directions[:low]))
+            wrong, _ = check_steps(
+                motor.times[part], motor.directions[part], count,
+                lambda t, m=motor: m.position(path, t), motor.step_dist, self.tick,
+                self.bound)
+            bad += len(wrong)
+        return bad
+
+    # Verdict
+
+    def check(self):
+        """All of it; returns {stepper: number of steps}."""
+        path = self.find_path()
+        assert self.run.count_late_events() == 0
+        for motor in self.motors:
+            self._check_motor(motor, path)
+        end = self.run.snapshots[-1].position
+        assert np.allclose(end, self.end_position, rtol=0., atol=1e-9)
+        return {m.name: len(m.times) for m in self.motors}
+
+    def _check_motor(self, motor, path):
+        def exact(t):
+            return motor.position(path, t)
+        args = (motor.times, motor.directions, motor.start_count, exact,
+                motor.step_dist)
+        bad, final = check_steps(*args, self.tick, self.bound)
+        assert not len(bad), self._describe(motor, args, bad)
+        end = path.t1[-1]
+        rest = exact(np.array([end + 10.]))[0] / motor.step_dist
+        assert abs(final - rest) <= 0.5 + 1e-6, (motor.name, final, rest)
+        at = np.concatenate([np.arange(path.t0[0] - 0.1, end + 0.1, SAMPLE_PERIOD),
+                             path.t0, path.t1])
+        missing = check_counts(*args, self.bound + self.tick, at)
+        assert not len(missing), "%s: count wrong at %d moments, first %.6f s" % (
+            motor.name, len(missing), at[missing[0]])
+
+    def _describe(self, motor, args, bad):
+        errors = [worst_error(*args, i) for i in bad[:20]]
+        return "%s: %d of %d steps off; first %s at %.6f s, by %s us" % (
+            motor.name, len(bad), len(motor.times), bad[0], motor.times[bad[0]],
+            ", ".join("%.1f" % (e * 1e6) for e in errors))
+

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every step at the pins against a model that knows G-code and config only."""
+
+import math
+import pathlib
+import random
+import re
+
+import machine_configs
+import pytest
+from judge import Judge
+from printer_run import PrinterRun
+
+SAMPLES = pathlib.Path(__file__).resolve().parents[2] / "config" / "samples"
+KINDS = ("cartesian", "corexy", "delta")
+# Of the samples' bed to the middle of the machine
+CENTRE = {"cartesian": (0., 0.), "corexy": (0., 0.), "delta": (-100., -100.)}
+PREPARE = "G28\nG90\nM83\nG1 X%g Y%g Z3 F6000\n"
+
+MIXED = """
+G91
+M83
+G1 X20 Y7.5 F9000
+G1 X10 E0.4 F2400
+G1 Y10 E0.4
+G1 X-5.33 Y-3.1 E0.2
+G1 E-0.8 F2400
+G1 Z0.4 F900
+G1 X-12 Y3 F18000
+G1 Z-0.4 F900
+G1 E0.8 F1800
+SET_PRESSURE_ADVANCE ADVANCE=0.02
+G1 X8 E0.5 F3000
+SET_PRESSURE_ADVANCE ADVANCE=0.08
+G1 X8 Y0.5 E0.5
+G4 P250
+M204 S1200
+G1 X-15 Y-5 E0.9 F4800
+SET_VELOCITY_LIMIT SQUARE_CORNER_VELOCITY=1 MINIMUM_CRUISE_RATIO=0.8
+G1 X-5 E0.3
+G1 Y4 E0.3
+G1 X4 Z0.3 E0.3
+SET_VELOCITY_LIMIT VELOCITY=40 ACCEL=600 MINIMUM_CRUISE_RATIO=0
+M400
+G1 X3.123 Y-9.4 F9000
+G1 X0.01
+G1 X0.02 E0.001
+G1 X-3
+G1 X3
+"""
+
+
+def make_config(kind, advance=0.04):
+    if kind == "delta":
+        return machine_configs.make_delta(advance, machine_configs.BED)
+    return machine_configs.make_axes(kind, advance, machine_configs.BED)
+
+
+def run_job(tmp_path, kind, job, advance=0.04, seed=1):
+    """Home, go to the middle, run the job; returns (PrinterRun, Judge)."""
+    config = make_config(kind, advance)
+    x, y = (0., 0.) if kind == "delta" else (100., 100.)
+    run = PrinterRun(config, tmp_path, seed).run([PREPARE % (x, y), job], 1)
+    start = run.snapshots[0]
+    judge = Judge(run, config, "G90\nM83\n" + job, start,
+                  extra_limit=machine_configs.find_limits(kind, config))
+    return run, judge
+
+
+def make_curves():
+    """A spiral of tiny moves, an eight and a random walk."""
+    draw, lines = random.Random(5), ["G92 X0 Y0", "G1 F4800"]
+    for i in range(150):
+        angle, radius = 0.15 * i, 2. + 0.06 * i
+        lines.append("G1 X%.3f Y%.3f E0.03" % (radius * math.cos(angle),
+                                               radius * math.sin(angle)))
+    for i in range(60):
+        angle = 0.1047 * i
+        lines.append("G1 X%.3f Y%.3f Z%.3f F12000" % (
+            30. * math.sin(angle), 15. * math.sin(2. * angle),
+            3. + 0.5 * math.sin(angle)))
+    for _ in range(80):
+        lines.append("G1 X%.2f Y%.2f E%.3f F%d" % (
+            draw.uniform(-30., 30.), draw.uniform(-30., 30.), draw.uniform(0., .2),
+            draw.choice([600, 3000, 9000, 18000])))
+    return "\n".join(lines) + "\n"
+
+
+def cut_sample(name, kind, n_lines=None):
+    """(part to home and heat, part to print) of a sample, moved to the centre."""
+    text = (SAMPLES / name).read_text()
+    first, _, rest = text.partition("\nG28\n")
+    lines = rest.splitlines()[:n_lines]
+    return first + "\nG28\n", "".join(shift(line, *CENTRE[kind]) + "\n"
+                                      for line in lines)
+
+
+def shift(line, dx, dy):
+    """A G0 or G1 line elsewhere."""
+    if not line.startswith(("G0 ", "G1 ")) or not (dx or dy):
+        return line
+    for axis, way in (("X", dx), ("Y", dy)):
+        line = re.sub(axis + r"(-?[\d.]+)",
+                      lambda m, a=axis, d=way: "%s%.4f" % (a, float(m[1]) + d), line)
+    return line
+
+
+def print_sample(tmp_path, name, kind, advance, n_lines=None):
+    """Print a sample by the virtual SD card and check every step."""
+    config = make_config(kind, advance)
+    before, job = cut_sample(name, kind, n_lines)
+    path = tmp_path / "job.gcode"
+    path.write_text(job)
+    run = PrinterRun(config, tmp_path).run([before, path], 1)
+    judge = Judge(run, config, job, run.snapshots[0],
+                  extra_limit=machine_configs.find_limits(kind, config))
+    return judge.check()
+
+
+@pytest.mark.parametrize("advance", [0., 0.04])
+@pytest.mark.parametrize("kind", KINDS)
+def test_mixed_job(tmp_path, kind, advance):
+    job = MIXED if advance else re.sub("SET_PRESSURE.*\n", "", MIXED)
+    _, judge = run_job(tmp_path, kind, job, advance)
+    counts = judge.check()
+    assert min(counts.values()) > 100
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_curves(tmp_path, kind):
+    _, judge = run_job(tmp_path, kind, make_curves())
+    assert judge.check()["extruder"] > 1500
+
+
+def test_edge_of_a_delta(tmp_path):
+    job = "G1 X118 F18000\n" + "".join(
+        "G1 X%.3f Y%.3f F18000\n" % (118. * math.cos(a), 118. * math.sin(a))
+        for a in (0.3 * i for i in range(10))) + "G1 X60 Y0\nG1 X121 Y5\n"
+    run, judge = run_job(tmp_path, "delta", job)
+    judge.check()
+    judge.extra_limit = None
+    with pytest.raises(AssertionError):
+        judge.check()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_first_layers_of_a_sample(tmp_path, kind):
+    counts = print_sample(tmp_path, "cube20.gcode", kind, 0.04, 700)
+    assert min(counts.values()) > 500
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("advance", [0., 0.04])
+@pytest.mark.parametrize("kind", KINDS)
+def test_whole_sample(tmp_path, kind, advance):
+    counts = print_sample(tmp_path, "cube20.gcode", kind, advance)
+    assert sum(counts.values()) > 1000000
+
+
+@pytest.mark.parametrize("option, value", [
+    ("max_accel", "4040"), ("square_corner_velocity", "5.1"), ("max_z_accel", "204"),
+    ("minimum_cruise_ratio", "0.52"), ("max_extrude_only_accel", "1900"),
+    ("instantaneous_corner_velocity", "0.95"), ("pressure_advance", "0.041")])
+def test_judge_sees_small_differences(tmp_path, option, value):
+    run, _ = run_job(tmp_path, "cartesian", MIXED)
+    config = make_config("cartesian")
+    section = "printer" if option in machine_configs.PRINTER_OPTIONS else "extruder"
+    config = config.replace("[%s]\n" % section,
+                            "[%s]\n%s: %s\n" % (section, option, value))
+    config = re.sub(r"(?m)^%s: (?!%s$).*\n" % (option, re.escape(value)), "", config)
+    judge = Judge(run, config, "G90\nM83\n" + MIXED, run.snapshots[0])
+    with pytest.raises(AssertionError):
+        judge.check()
