@@ -63,6 +63,7 @@ class HomingMove:
         """
         self.error = None
         self.printer.send_event("homing:homing_move_begin", self)
+        self.toolhead.flush_step_generation()
         kin_spos = {s.get_name(): s.get_commanded_position()
                     for s in self.toolhead.get_kinematics().get_steppers()}
         self.stepper_positions = [

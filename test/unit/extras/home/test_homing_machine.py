@@ -95,3 +95,172 @@ def test_query_endstops(make_bench):
         assert it.output[-1] == "x:TRIGGERED y:open z:open"
         assert it.get("query_endstops")["last_query"] == {"x": 1, "y": 0, "z": 0}
     make_bench().run_ready(body)
+
+
+def test_position_survives_overshoot_of_another_mcu(make_bench):
+    """The switch is on one mcu, the motor on another: it stops a little late."""
+    config = CARTESIAN.replace("endstop_pin: ^PE5", "endstop_pin: ^head:PE5").replace(
+        "homing_speed: 50", "homing_speed: 100\nhoming_retract_dist: 0", 1)
+
+    def body(it):
+        halts = []
+        it.printer.register_event_handler(
+            "homing:homing_move_end", lambda move: halts.append(
+                [m.halt_pos - m.trig_pos for m in move.stepper_positions]))
+        it.send("G28")
+        # it did go further, and that is known
+        assert abs(halts[0][0]) > 3
+        assert_true(it)
+        assert it.toolhead.get_position()[0] < -0.03
+    make_bench(config + "[mcu head]\nserial: /dev/none2\n").run_ready(body)
+
+
+def test_cable_cut_while_homing(make_bench):
+    config = CARTESIAN.replace("endstop_pin: ^PE5", "endstop_pin: ^head:PE5").replace(
+        "homing_speed: 50", "homing_speed: 5", 1)
+
+    def body(it):
+        reactor = it.printer.get_reactor()
+
+        def cut(eventtime):
+            it.machine.mcus["head"].link.cut()
+        reactor.register_callback(cut, reactor.monotonic() + 2.)
+        with pytest.raises(CommandError, match="Communication timeout during homing|"
+                                               "failed due to printer shutdown"):
+            it.send("G28 X")
+        it.pause(0.5)
+        before = it.machine.get_step_counts()["stepper_x"]
+        it.pause(3.)
+        # stopped after 2 s of 5 mm/s, not at the end of the way
+        assert it.machine.get_step_counts()["stepper_x"] == before
+        assert abs(before) * 0.0125 < 5. * 3.
+    make_bench(config + "[mcu head]\nserial: /dev/none2\n").run_ready(body)
+
+
+def test_probing_on_the_machine(make_bench):
+    """A probe is an endstop of its own; here z's switch plays it."""
+    def body(it):
+        it.send("G28\nG1 Z10 F1200")
+        phoming = it.printer.lookup_object("homing")
+        endstop = it.printer.lookup_object("query_endstops").endstops[2][0]
+        x, y, _, e = it.toolhead.get_position()
+        position = phoming.probing_move(endstop, [x, y, 0., e], 5.)
+        assert position[2] == pytest.approx(0.5, abs=0.005)
+        assert_true(it)
+        with pytest.raises(CommandError, match="Probe triggered prior to movement"):
+            phoming.probing_move(endstop, [x, y, 0., e], 5.)
+        assert_true(it)
+        it.send("G1 Z10 F1200")
+        with pytest.raises(CommandError, match="No trigger on probe"):
+            phoming.probing_move(endstop, [x, y, 5., e], 5.)
+        assert_true(it)
+        assert it.toolhead.get_position()[2] == pytest.approx(5.)
+        with pytest.raises(CommandError, match="Error during homing move: .*range"):
+            phoming.probing_move(endstop, [x, y, -500., e], 5.)
+        assert_true(it)
+        it.send("G1 Z20")
+        assert_true(it)
+    make_bench().run_ready(body)
+
+
+SAFE = "[safe_z_home]\nhome_xy_position: 100, 90\nspeed: 150\nz_hop: 8\n"
+
+
+def note_moves(it):
+    """List of the ends of all moves from now on."""
+    ends = []
+    add = it.toolhead.manual_move
+
+    def move(coord, speed):
+        ends.append((tuple(coord), speed))
+        add(coord, speed)
+    it.toolhead.manual_move = move
+    return ends
+
+
+def test_safe_z_home(make_bench):
+    def body(it):
+        start = it.machine.calc_position()
+        ends = note_moves(it)
+        with pytest.raises(CommandError, match="Must home X and Y axes first"):
+            it.send("G28 Z")
+        # lifted first, and z is as unknown as before
+        it.toolhead.wait_moves()
+        assert it.machine.calc_position()[2] == pytest.approx(start[2] + 8., abs=0.01)
+        assert homed(it) == ""
+        it.send("G28")
+        assert homed(it) == "xyz"
+        assert ends[-2:] == [((100., 90.), 150.), ((None, None, 8.), 15.)]
+        assert it.toolhead.get_position()[:3] == pytest.approx([100., 90., 8.])
+        assert_true(it)
+        it.send("G1 X5 Y5 F9000\nG1 Z30 F1200\nG28 X")
+        assert it.toolhead.get_position()[2] == pytest.approx(30.)
+        assert it.toolhead.get_position()[1] == pytest.approx(5.)
+    make_bench(CARTESIAN + SAFE).run_ready(body)
+
+
+def test_safe_z_home_returns(make_bench):
+    def body(it):
+        it.send("G28 X Y\nG1 X50 Y60 F9000\nG28 Z")
+        assert it.toolhead.get_position()[:2] == pytest.approx([50., 60.])
+        assert_true(it)
+    make_bench(CARTESIAN + SAFE + "move_to_previous: True\n").run_ready(body)
+
+
+@pytest.mark.parametrize("extra, words", [
+    (SAFE.replace("z_hop: 8", "z_hop: 201"), "position_max"),
+    (SAFE.replace("100, 90", "100"), "home_xy_position"),
+    (SAFE + "[homing_override]\ngcode: G28\n", "remove one")])
+def test_configs_that_cannot_be(make_bench, extra, words):
+    def body(it):
+        assert it.printer.state == "error"
+        assert words in it.printer.state_message
+    make_bench(CARTESIAN + extra).run(body)
+
+
+OVERRIDE = """
+[homing_override]
+axes: zx
+set_position_z: 3
+gcode:
+  G28 Y
+  M118 homing {params.keys() | sort | join("+")}
+  G1 Z5 F600
+  G28 X Z
+"""
+
+
+def test_homing_override(make_bench):
+    def body(it):
+        it.send("G28 Y")
+        assert homed(it) == "y" and not any("homing" in x for x in it.output)
+        before = it.machine.calc_position()[2]
+        it.send("G28 X")
+        assert "echo: homing X" in it.output
+        assert homed(it) == "xyz"
+        assert_true(it)
+        assert before > 5.
+        it.send("G28")
+        assert_true(it)
+    make_bench(CARTESIAN + "[respond]\n" + OVERRIDE).run_ready(body)
+
+
+def test_arcs_and_offsets_end_where_they_say(make_bench):
+    def body(it):
+        it.send("G28\nG1 X100 Y100 Z5 F9000\nG2 X120 Y100 I10 Z7\nG18\n"
+                "G3 X100 Z7 I-10 F3000\nSET_GCODE_OFFSET Z=0.2 MOVE=1\n"
+                "G91\nG1 X-3\nG90\nG92 Y0\nG1 Y2\nM400\nGET_POSITION")
+        assert_true(it)
+        position = it.toolhead.get_position()
+        assert position[:3] == pytest.approx([97., 102., 7.2])
+        text = "\n".join(it.output)
+        assert "// toolhead: X:97.000000 Y:102.000000 Z:7.200000 E:0.000000" in text
+        assert "// gcode base: X:0.000000 Y:100.000000 Z:0.200000 E:0.000000" in text
+        assert "// gcode homing: X:0.000000 Y:0.000000 Z:0.200000" in text
+        kinematic = [x for x in text.split("\n") if x.startswith("// kinematic: ")][0]
+        assert [float(x.partition(":")[2]) for x in kinematic.split()[2:]] == (
+            pytest.approx(position[:3], abs=0.013))
+        counts = it.machine.get_step_counts()
+        assert len([x for x in text.split("\n") if x.startswith("// mcu: ")]) == 1
+        assert set(counts) >= {"stepper_x", "stepper_y", "stepper_z"}
+    make_bench(CARTESIAN + "[gcode_arcs]\nresolution: 0.5\n").run_ready(body)
