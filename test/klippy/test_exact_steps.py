@@ -15,6 +15,7 @@ SAMPLES = pathlib.Path(__file__).resolve().parents[2] / "config" / "samples"
 KINDS = ("cartesian", "corexy", "delta")
 # Of the samples' bed to the middle of the machine
 CENTRE = {"cartesian": (0., 0.), "corexy": (0., 0.), "delta": (-100., -100.)}
+EDGE = 80.
 PREPARE = "G28\nG90\nM83\nG1 X%g Y%g Z3 F6000\n"
 
 MIXED = """
@@ -89,19 +90,21 @@ def make_curves():
 def cut_sample(name, kind, n_lines=None):
     """(part to home and heat, part to print) of a sample, moved to the centre."""
     text = (SAMPLES / name).read_text()
-    first, _, rest = text.partition("\nG28\n")
-    lines = rest.splitlines()[:n_lines]
-    return first + "\nG28\n", "".join(shift(line, *CENTRE[kind]) + "\n"
+    first, rest = re.split(r"(?m)^G28\b.*\n", text, maxsplit=1)
+    lines = [line for line in rest.splitlines()[:n_lines]
+             if not line.startswith("G28")]
+    return first + "G28\n", "".join(shift(line, *CENTRE[kind]) + "\n"
                                       for line in lines)
 
 
 def shift(line, dx, dy):
-    """A G0 or G1 line elsewhere."""
+    """A G0 or G1 line elsewhere, but not further than EDGE."""
     if not line.startswith(("G0 ", "G1 ")) or not (dx or dy):
         return line
     for axis, way in (("X", dx), ("Y", dy)):
         line = re.sub(axis + r"(-?[\d.]+)",
-                      lambda m, a=axis, d=way: "%s%.4f" % (a, float(m[1]) + d), line)
+                      lambda m, a=axis, d=way: "%s%.4f" % (
+                          a, max(-EDGE, min(float(m[1]) + d, EDGE))), line)
     return line
 
 
@@ -155,6 +158,13 @@ def test_first_layers_of_a_sample(tmp_path, kind):
 def test_whole_sample(tmp_path, kind, advance):
     counts = print_sample(tmp_path, "cube20.gcode", kind, advance)
     assert sum(counts.values()) > 1000000
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["two_objects.gcode", "vase_s.gcode"])
+def test_other_samples(tmp_path, name):
+    counts = print_sample(tmp_path, name, "corexy", 0.04)
+    assert sum(counts.values()) > 300000
 
 
 @pytest.mark.parametrize("option, value", [

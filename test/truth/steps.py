@@ -4,13 +4,16 @@
 A step from n to n+-1 must happen when the exact stepper position crosses the
 half-step level between the two, give or take the compression tolerance.  It
 did if the exact position straddles that level between `time - tolerance` and
-`time + tolerance`.
+`time + tolerance`.  Where the motion turns back just beyond a level that is
+looked for within this window.
 """
 
 import numpy as np
 
 TOLERANCE = 25e-6       # s, bound of step compression
 ROUNDING = 2e-9         # mm, double arithmetic on both sides
+MAX_TURNS = 1000        # so many steps at most are looked at more closely
+TURN_SAMPLES = 2001
 
 
 def check_steps(times, directions, start_steps, position, step_dist, tick,
@@ -28,8 +31,19 @@ def check_steps(times, directions, start_steps, position, step_dist, tick,
     before = (position(times - bound) - level) * directions
     after = (position(times + bound) - level) * directions
     bad = np.nonzero((before > ROUNDING) | (after < -ROUNDING))[0]
+    if len(bad) <= MAX_TURNS:
+        bad = np.array([i for i in bad if not crosses_at_turn(
+            times[i], directions[i], level[i], position, bound)], dtype=np.int64)
     final = int(count_after[-1]) if len(times) else start_steps
     return bad, final
+
+
+def crosses_at_turn(time, direction, level, position, bound):
+    """True if the position gets past the level within the window after all."""
+    at = np.linspace(time - bound, time + bound, TURN_SAMPLES)
+    past = (position(at) - level) * direction
+    short_of_it = np.minimum.accumulate(past) <= ROUNDING
+    return bool(np.any(short_of_it & (past >= -ROUNDING)))
 
 
 def check_counts(times, directions, start_steps, position, step_dist, bound, at):
