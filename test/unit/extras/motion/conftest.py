@@ -2,4 +2,7 @@
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
+HERE = pathlib.Path(__file__).resolve().parent
+UNIT = HERE.parents[1]
+for folder in (UNIT, UNIT / "simulator", HERE.parent / "home", HERE):
+    sys.path.insert(0, str(folder))
