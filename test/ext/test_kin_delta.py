@@ -48,7 +48,8 @@ def test_line_that_passes_a_tower_turns_its_carriage():
     t, _ = rig.add(1.0, make_move(0.1, 0.9, 0.1, rig.start, (0.96, 0.28, 0.0), 0.0,
                                   100.0, 1000.0))
     rig.run(t + 0.1)
-    check_all(rig)
+    # The arms of the other towers do not reach so far
+    rig.check(get_height(TOWERS[0]), 0)
     directions = rig.steps(0)[1]
     assert directions[0] == 1 and directions[-1] == -1
     assert np.count_nonzero(np.diff(directions)) == 1
@@ -59,7 +60,8 @@ def test_climbing_line_turns_past_the_tower():
     t, _ = rig.add(1.0, make_move(0.1, 0.9, 0.1, rig.start, (0.99, 0.0, 0.1411), 0.0,
                                   100.0, 1000.0))
     rig.run(t + 0.1)
-    check_all(rig)
+    # The arms of the other towers do not reach so far
+    rig.check(get_height(TOWERS[0]), 0)
 
 
 def test_straight_up_and_down():
