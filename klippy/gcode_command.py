@@ -125,13 +125,13 @@ def _unquote_piece(match):
 
 def _parse_finite(text):
     value = float(text)
-    if not math.isfinite(value) or "_" in text:
+    if not math.isfinite(value) or "_" in str(text):
         raise ValueError(text)
     return value
 
 
 def _parse_int(text):
-    if "_" in text:
+    if "_" in str(text):
         raise ValueError(text)
     return int(text)
 

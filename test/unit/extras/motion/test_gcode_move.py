@@ -308,6 +308,15 @@ def test_too_short_a_list_is_an_error_and_no_crash(printer):
         run(printer, "G1 Y1")
 
 
+def test_commands_made_by_plug_ins_may_hold_numbers(printer):
+    gcmd = printer.gcode.create_gcode_command("G1", "G1", {"X": 1.5, "E": 2, "F": 600})
+    printer.gcode_move.cmd_G1(gcmd)
+    assert printer.toolhead.moves == [(1.5, 0., 0., 2., 10.)]
+    gcmd = printer.gcode.create_gcode_command("G1", "G1", {"X": float("nan")})
+    with pytest.raises(CommandError):
+        printer.gcode_move.cmd_G1(gcmd)
+
+
 def test_not_ready():
     printer = make_printer()
     printer.invoke_shutdown("test")
