@@ -45,7 +45,8 @@ class HomingOverride:
             if value is not None:
                 position[index] = value
                 axes += "xyz"[index]
-        toolhead.set_position(position, homing_axes=axes)
+        if axes:
+            toolhead.set_position(position, homing_axes=axes)
 
 
 def load_config(config):

@@ -95,6 +95,12 @@ def test_query_endstops(make_bench):
         it.send("QUERY_ENDSTOPS")
         assert it.output[-1] == "x:TRIGGERED y:open z:open"
         assert it.get("query_endstops")["last_query"] == {"x": 1, "y": 0, "z": 0}
+        it.send("G1 X20")
+        answers = []
+        request = type("Request", (), {"send": lambda self, data: answers.append(data)})
+        webhooks = it.printer.lookup_object("webhooks")
+        webhooks.find_callback("query_endstops/status")(request())
+        assert answers == [{"x": "open", "y": "open", "z": "open"}]
     make_bench().run_ready(body)
 
 
