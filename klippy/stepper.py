@@ -1,73 +1,136 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Steppers of the printer: one motor on one mcu, and rails with endstops.
+"""A stepper motor on a micro-controller, and the ways the config makes one.
 
-Positions of a stepper are mm (radians with units_in_radians) along its own
-way; mcu positions are whole steps, as its micro-controller counts them.
-See docs/internals/stepper.md.
+Two counts go in lockstep: the steps that were made (as the mcu counts them)
+and the commanded position, in mm (radians where an axis turns).  So one is
+found from the other without an offset of its own.  See
+docs/internals/stepper.md.
 """
 
-import collections
 import math
 
-from klippy import pins
-from klippy.errors import ConfigError
+from klippy_ext.itersolve import StepperKinematics
 from klippy_ext.kin_delta import DeltaKinematics
 from klippy_ext.kin_extruder import ExtruderKinematics
 from klippy_ext.kin_linear import LinearKinematics
 from klippy_ext.stepcompress import StepCompress
+from klippy_ext.trapq import TrapQ
 
-# A step pulse is so long (s) unless the config or a driver says otherwise
+from klippy import pins
+from klippy.chelper import get_ffi
+from klippy.errors import ConfigError
+from klippy.rail import HomingInfo, Rail, iterate_family
+from klippy.stepperconfig import parse_gear_ratio, parse_step_distance
+
+__all__ = ["GenericPrinterRail", "HomingInfo", "LookupMultiRail", "LookupRail",
+           "MCU_stepper", "PrinterRail", "PrinterStepper", "parse_gear_ratio",
+           "parse_step_distance"]
+
+# s; a pulse that no option and no driver says anything about
 DEFAULT_PULSE = 0.000002
-# Up to so long (s) a step on both edges of the pin does
+# s; drivers that need longer pulses are stepped by whole pulses
 MAX_BOTH_EDGE_PULSE = 0.000000500
+# config_stepper: every edge of the step pin is a step
+BOTH_EDGES = -1
+BOTH_EDGE_CONSTANTS = ("STEPPER_STEP_BOTH_EDGE", "STEPPER_BOTH_EDGE")
 
-KINDS = {
-    "cartesian_stepper_alloc": lambda axis: LinearKinematics(
-        *{b"x": (1, 0, 0), b"y": (0, 1, 0), b"z": (0, 0, 1)}[_to_bytes(axis)]),
-    "corexy_stepper_alloc": lambda kind: LinearKinematics(
-        *{b"+": (1, 1, 0), b"-": (1, -1, 0)}[_to_bytes(kind)]),
-    "corexz_stepper_alloc": lambda kind: LinearKinematics(
-        *{b"+": (1, 0, 1), b"-": (1, 0, -1)}[_to_bytes(kind)]),
-    "delta_stepper_alloc": DeltaKinematics,
-    "extruder_stepper_alloc": ExtruderKinematics,
+# Weights of x, y, z by what the historical functions are called with
+LINEAR_KINDS = {
+    "cartesian_stepper_alloc": {
+        "x": (1., 0., 0.), "y": (0., 1., 0.), "z": (0., 0., 1.)},
+    "corexy_stepper_alloc": {"+": (1., 1., 0.), "-": (1., -1., 0.)},
+    "corexz_stepper_alloc": {"+": (1., 0., 1.), "-": (1., 0., -1.)},
 }
+OTHER_KINDS = {"delta_stepper_alloc": DeltaKinematics,
+               "extruder_stepper_alloc": ExtruderKinematics}
+# Printer objects that every stepper of the config is shown to
+REGISTRIES = ("stepper_enable", "force_move", "motion_report")
 
 
-def _to_bytes(text):
-    return text if isinstance(text, bytes) else text.encode()
+def make_kinematics(kind, *params):
+    """StepperKinematics by the historical name of their allocator.
+
+    Raises ConfigError for a name or a parameter that is not known.
+    """
+    if kind in OTHER_KINDS:
+        return OTHER_KINDS[kind](*params)
+    variants = LINEAR_KINDS.get(kind)
+    if variants is None:
+        raise ConfigError("There are no kinematics '%s', only %s" % (
+            kind, ", ".join(sorted([*LINEAR_KINDS, *OTHER_KINDS]))))
+    variant = params[0].decode() if isinstance(params[0], bytes) else params[0]
+    if variant not in variants:
+        raise ConfigError("Kinematics '%s' have no '%s', only %s" % (
+            kind, variant, ", ".join(sorted(variants))))
+    return LinearKinematics(*variants[variant])
+
+
+def wrap_pointer(value, wrapper):
+    """value as a wrapper object; a plug-in may have a pointer of chelper."""
+    if value is None or isinstance(value, wrapper):
+        return value
+    ffi, _ = get_ffi()
+    return wrapper.from_pointer(int(ffi.cast("uintptr_t", value)), value)
+
+
+def unwrap_pointer(value):
+    """What wrap_pointer() was given."""
+    if value is None or value.origin is None:
+        return value
+    return value.origin
+
+
+def round_half_up(value):
+    """The nearest integer."""
+    return math.floor(value + .5)
 
 
 class MCU_stepper:
-    """One stepper motor on one micro-controller."""
+    """One stepper motor; pin parameters are those of pins.lookup_pin().
+
+    rotation_dist: mm (radians) for steps_per_rotation steps.
+    step_pulse_duration: s.  Raises ConfigError.
+    """
 
     def __init__(self, name, mcu, step_pin_params, dir_pin_params, rotation_dist,
                  steps_per_rotation, step_pulse_duration=None,
                  units_in_radians=False):
-        self._name, self.mcu = name, mcu
-        self._rotation_dist, self._steps_per_rotation = (rotation_dist,
-                                                         steps_per_rotation)
-        self._pulse_duration, self._is_radians = (step_pulse_duration,
-                                                  units_in_radians)
-        self._want_both_edges = False
-        self._step_pin, self._dir_pin = step_pin_params["pin"], dir_pin_params["pin"]
-        self._invert_step = step_pin_params["invert"]
-        self._invert_dir = self._orig_invert_dir = dir_pin_params["invert"]
         if dir_pin_params["chip"] is not mcu:
-            raise ConfigError("Stepper '%s': dir_pin must be on the same mcu as"
-                              " step_pin" % (name,))
-        self._oid = mcu.create_oid()
-        self.stepcompress = StepCompress(self._oid)
-        self.kinematics = None
-        self._trapq = None
-        # mm at which the mcu counts 0, from the commanded position's origin
-        self._mcu_offset = 0.
-        self._active_callbacks = []
-        self._get_position_cmd = self._reset_cmd = None
+            raise ConfigError(
+                "Stepper '%s': dir_pin '%s' is on mcu '%s', it must be on that of"
+                " step_pin, '%s'" % (name, dir_pin_params["pin"],
+                                     dir_pin_params["chip_name"], mcu.get_name()))
+        self.name, self.mcu = name, mcu
+        self.rotation_dist = rotation_dist
+        self.steps_per_rotation = steps_per_rotation
+        self.is_angular = units_in_radians
+        self.step_pin, self.invert_step = (step_pin_params["pin"],
+                                           step_pin_params["invert"])
+        self.dir_pin = dir_pin_params["pin"]
+        self.invert_dir = self.config_invert_dir = dir_pin_params["invert"]
+        self.pulse_duration, self.wants_both_edges = step_pulse_duration, False
+        self.oid = mcu.create_oid()
+        self.stepcompress = StepCompress(self.oid)
+        self.kinematics = self.trapq = None
+        self.queue_step_tag = self.set_dir_tag = None
+        self.reset_message = self.position_query = None
+        self.active_callbacks = []
+        self.printer = mcu.get_printer()
+        self.motion_queuing = None
+        self._join_motion()
         mcu.register_config_callback(self._build_config)
-        self._printer = mcu.get_printer()
-        self._motion_queuing = None
+        register = self.printer.register_event_handler
+        register("klippy:mcu_identify", self._join_motion)
+        register("klippy:connect", self._handle_connect)
 
-    # Facts
+    def _join_motion(self):
+        """Have steps made, as soon as the printer can."""
+        if self.motion_queuing is None:
+            self.motion_queuing = self.printer.lookup_object("motion_queuing", None)
+            if self.motion_queuing is not None:
+                self.motion_queuing.add_stepper(self)
+
+    # Who it is
 
     def get_mcu(self):
         """The MCU."""
@@ -75,470 +138,270 @@ class MCU_stepper:
 
     def get_name(self, short=False):
         """Name of the section; short: without 'stepper_'."""
-        return self._name.removeprefix("stepper_") if short else self._name
+        return self.name.removeprefix("stepper_") if short else self.name
 
     def get_oid(self):
-        """Number of the stepper on its mcu."""
-        return self._oid
+        """Number of the object on the mcu."""
+        return self.oid
 
     def units_in_radians(self):
         """True if positions are angles."""
-        return self._is_radians
+        return self.is_angular
 
     def get_step_dist(self):
-        """mm a step."""
-        return self._rotation_dist / self._steps_per_rotation
+        """mm (radians) a step."""
+        return self.rotation_dist / self.steps_per_rotation
 
     def get_rotation_distance(self):
-        """(mm a rotation, steps a rotation)."""
-        return self._rotation_dist, self._steps_per_rotation
+        """(mm or radians a turn, steps a turn)."""
+        return self.rotation_dist, self.steps_per_rotation
 
     def set_rotation_distance(self, rotation_dist):
-        """Change the way of a rotation; the mcu's count stays as it is."""
-        mcu_pos = self.get_mcu_position()
-        self._rotation_dist = rotation_dist
-        self._set_mcu_position(mcu_pos)
-        self._connect_kinematics()
+        """Another way a turn (mm) from now on; all steps must be flushed."""
+        self.rotation_dist = rotation_dist
+        self._use_kinematics()
 
     def get_dir_inverted(self):
-        """(direction pin inverted now, as in the config)."""
-        return self._invert_dir, self._orig_invert_dir
+        """(is the direction pin inverted, was it in the config), 0 or 1."""
+        return self.invert_dir, self.config_invert_dir
 
     def set_dir_inverted(self, invert_dir):
-        """Turn the other way from now on; steps must have been flushed."""
+        """Turn the other way from now on; all steps must be flushed."""
         invert_dir = int(bool(invert_dir))
-        if invert_dir == self._invert_dir:
-            return
-        self._invert_dir = invert_dir
-        self._configure_compress()
-        self._printer.send_event("stepper:set_dir_inverted", self)
+        if invert_dir != self.invert_dir:
+            self.invert_dir = invert_dir
+            self._configure_steps()
+            self.printer.send_event("stepper:set_dir_inverted", self)
 
-    # Pulses
+    # Pulses and configuration
 
     def setup_default_pulse_duration(self, pulse_duration, step_both_edge):
-        """What a driver wants if the config does not say: s, both edges."""
-        if self._pulse_duration is None:
-            self._pulse_duration = pulse_duration
-        self._want_both_edges = step_both_edge
+        """What a driver is content with: s, and whether it can use both edges.
+
+        Comes before the mcus are configured; an option of the user wins.
+        """
+        self.wants_both_edges = bool(step_both_edge)
+        if self.pulse_duration is None:
+            self.pulse_duration = pulse_duration
 
     def get_pulse_duration(self):
-        """(length of a step pulse in s or None, both edges wanted)."""
-        return self._pulse_duration, self._want_both_edges
+        """(s or None, both edges are wanted)."""
+        return self.pulse_duration, self.wants_both_edges
 
-    def _choose_pulse(self):
-        """(invert_step, step_pulse_ticks) for the mcu."""
-        if self._pulse_duration is None:
-            self._pulse_duration = DEFAULT_PULSE
-        invert_step = self._invert_step
+    def _choose_invert(self):
+        """The invert_step of config_stepper."""
         constants = self.mcu.get_constants()
-        if (self._want_both_edges and self._pulse_duration <= MAX_BOTH_EDGE_PULSE
-                and "STEPPER_STEP_BOTH_EDGE" in constants):
-            invert_step = 255
-        return invert_step, self.mcu.seconds_to_clock(self._pulse_duration)
+        if (self.wants_both_edges and self.pulse_duration <= MAX_BOTH_EDGE_PULSE
+                and any(int(constants.get(c, 0)) for c in BOTH_EDGE_CONSTANTS)):
+            return BOTH_EDGES
+        return self.invert_step
 
     def _build_config(self):
+        if self.pulse_duration is None:
+            self.pulse_duration = DEFAULT_PULSE
         mcu = self.mcu
-        invert_step, pulse_ticks = self._choose_pulse()
         mcu.add_config_cmd(
             "config_stepper oid=%d step_pin=%s dir_pin=%s invert_step=%d"
-            " step_pulse_ticks=%u" % (self._oid, self._step_pin, self._dir_pin,
-                                      invert_step, pulse_ticks))
-        mcu.add_config_cmd("reset_step_clock oid=%d clock=0" % (self._oid,),
+            " step_pulse_ticks=%d"
+            % (self.oid, self.step_pin, self.dir_pin, self._choose_invert(),
+               mcu.seconds_to_clock(self.pulse_duration)))
+        mcu.add_config_cmd("reset_step_clock oid=%d clock=0" % (self.oid,),
                            on_restart=True)
-        self._queue_tag = mcu.lookup_command(
+        self.queue_step_tag = mcu.lookup_command(
             "queue_step oid=%c interval=%u count=%hu add=%hi").get_command_tag()
-        self._dir_tag = mcu.lookup_command(
+        self.set_dir_tag = mcu.lookup_command(
             "set_next_step_dir oid=%c dir=%c").get_command_tag()
-        self._reset_cmd = mcu.lookup_command("reset_step_clock oid=%c clock=%u")
-        self._get_position_cmd = mcu.lookup_query_command(
+        self.reset_message = mcu.get_serial().get_msgparser().create_command(
+            "reset_step_clock oid=%d clock=0" % (self.oid,))
+        self.position_query = mcu.lookup_query_command(
             "stepper_get_position oid=%c", "stepper_position oid=%c pos=%i",
-            oid=self._oid)
-        self._configure_compress()
+            oid=self.oid)
+        self._configure_steps()
 
-    def _configure_compress(self):
-        if self._reset_cmd is None:
-            return
-        max_error = self.mcu.seconds_to_clock(self.mcu.get_max_stepper_error())
-        self.stepcompress.configure(max_error, self._queue_tag, self._dir_tag,
-                                    invert_dir=bool(self._invert_dir))
+    def _configure_steps(self):
+        """Tell the StepCompress how to write messages, once that is known."""
+        if self.queue_step_tag is not None:
+            mcu = self.mcu
+            self.stepcompress.configure(
+                mcu.seconds_to_clock(mcu.get_max_stepper_error()),
+                self.queue_step_tag, self.set_dir_tag, bool(self.invert_dir))
 
     # Kinematics
 
     def setup_itersolve(self, alloc_func, *params):
-        """Move by a kind of kinematics, by its historical name."""
-        self.set_stepper_kinematics(KINDS[alloc_func](*params))
+        """Move by kinematics with a historical name; see make_kinematics()."""
+        self.set_stepper_kinematics(make_kinematics(alloc_func, *params))
 
     def get_stepper_kinematics(self):
-        """The StepperKinematics, or None."""
-        return self.kinematics
+        """What set_stepper_kinematics() was given, or None."""
+        return unwrap_pointer(self.kinematics)
 
-    def set_stepper_kinematics(self, kinematics):
-        """Move by these from now on; returns the old ones."""
-        old = self.kinematics
-        mcu_pos = self.get_mcu_position() if old is not None else 0
+    def set_stepper_kinematics(self, sk):
+        """Move by other kinematics from now on; returns the old ones.
+
+        sk: StepperKinematics, or a pointer of chelper.
+        """
+        old, self.kinematics = self.kinematics, wrap_pointer(sk, StepperKinematics)
         if old is not None:
             old.set_stepcompress(None, self.get_step_dist())
-        self.kinematics = kinematics
-        self._connect_kinematics()
-        if old is not None:
-            self._set_mcu_position(mcu_pos)
-        return old
+        self._use_kinematics()
+        return unwrap_pointer(old)
 
-    def _connect_kinematics(self):
+    def _use_kinematics(self):
         if self.kinematics is not None:
             self.kinematics.set_stepcompress(self.stepcompress, self.get_step_dist())
-            self.kinematics.set_trapq(self._trapq)
-        if self._motion_queuing is not None:
-            self._motion_queuing.set_kinematics(self)
-
-    def register_motion(self, motion_queuing):
-        """Have steps made by the printer's motion queue."""
-        self._motion_queuing = motion_queuing
-        motion_queuing.add_stepper(self)
+            self.kinematics.set_trapq(self.trapq)
+        if self.motion_queuing is not None:
+            self.motion_queuing.set_kinematics(self)
 
     def get_trapq(self):
-        """The TrapQ that is followed, or None."""
-        return self._trapq
+        """What set_trapq() was given, or None."""
+        return unwrap_pointer(self.trapq)
 
-    def set_trapq(self, trapq):
+    def set_trapq(self, tq):
         """Follow a TrapQ (None: stand still); returns the old one."""
-        old, self._trapq = self._trapq, trapq
+        old, self.trapq = self.trapq, wrap_pointer(tq, TrapQ)
         if self.kinematics is not None:
-            self.kinematics.set_trapq(trapq)
-        return old
+            self.kinematics.set_trapq(self.trapq)
+        return unwrap_pointer(old)
 
     def is_active_axis(self, axis):
-        """Can the axis 'x', 'y' or 'z' move this stepper?"""
+        """Can a move of 'x', 'y' or 'z' move this stepper?"""
         return self.kinematics is not None and self.kinematics.is_active_axis(axis)
 
     def calc_position_from_coord(self, coord):
-        """Position of the stepper for a head that rests at coord."""
-        return self.kinematics.calc_position_from_coord(*coord[:3])
+        """Position for a head that rests at coord (x, y, z, ...)."""
+        return self.kinematics.calc_position_from_coord(coord[0], coord[1], coord[2])
 
     # Position
 
     def set_position(self, coord):
-        """The head is at coord; nothing moves."""
-        mcu_pos = self.get_mcu_position()
-        self.kinematics.set_position(*coord[:3])
-        self._set_mcu_position(mcu_pos)
+        """The head is at coord: nothing moves, no step is forgotten."""
+        self.kinematics.set_position(coord[0], coord[1], coord[2])
 
     def get_commanded_position(self):
-        """Where the stepper is, as far as steps are made."""
+        """Position after all steps so far."""
         return self.kinematics.get_commanded_pos()
 
     def get_mcu_position(self, cmd_pos=None):
-        """Steps the mcu counts (at a commanded position)."""
+        """Steps, as the mcu counts, at a commanded position (None: now)."""
+        steps = self.stepcompress.get_last_position()
         if cmd_pos is None:
-            cmd_pos = self.get_commanded_position()
-        return round_half((cmd_pos + self._mcu_offset) / self.get_step_dist())
-
-    def _set_mcu_position(self, mcu_pos):
-        self._mcu_offset = (mcu_pos * self.get_step_dist()
-                            - self.get_commanded_position())
-
-    def get_past_mcu_position(self, print_time):
-        """Steps the mcu counted at a time not long ago."""
-        clock = self.mcu.print_time_to_clock(print_time)
-        return self.stepcompress.find_past_position(clock)
+            return steps
+        way = cmd_pos - self.get_commanded_position()
+        return steps + round_half_up(way / self.get_step_dist())
 
     def mcu_to_commanded_position(self, mcu_pos):
-        """Position in mm of a count of the mcu."""
-        return mcu_pos * self.get_step_dist() - self._mcu_offset
+        """Commanded position at so many steps of the mcu."""
+        way = mcu_pos - self.stepcompress.get_last_position()
+        return self.get_commanded_position() + way * self.get_step_dist()
+
+    def get_past_mcu_position(self, print_time):
+        """Steps, as the mcu counted at a time not long ago."""
+        return self.stepcompress.find_past_position(
+            self.mcu.print_time_to_clock(print_time))
 
     def dump_steps(self, count, start_clock, end_clock):
-        """(runs as of StepCompress.extract_old(), their number)."""
+        """(newest first: at most count runs that overlap the span, how many).
+
+        A run is as StepCompress.extract_old() has it.
+        """
         runs = self.stepcompress.extract_old(count, start_clock, end_clock)
         return runs, len(runs)
 
+    def _handle_connect(self):
+        # an mcu that was not reset has counted steps before
+        if self.position_query is not None and not self.mcu.is_fileoutput():
+            self._read_position()
+
     def note_homing_end(self):
-        """A trigger may have stopped the mcu: take its count over."""
+        """The mcu may have stopped the motor by itself: find out where.
+
+        All steps must be flushed.  Waits for the answer of the mcu.
+        """
         self.stepcompress.reset(0)
-        if self.mcu.is_fileoutput():
-            return
-        self._reset_cmd.send([self._oid, 0])
-        params = self._get_position_cmd.send([self._oid])
-        position = params["pos"]
-        if self._invert_dir:
-            position = -position
-        receive_time = params["#receive_time"]
-        clock = self.mcu.print_time_to_clock(
-            self.mcu.estimated_print_time(receive_time))
-        self.stepcompress.set_last_position(clock, position)
-        self._set_mcu_position(position)
-        self._printer.send_event("stepper:sync_mcu_position", self)
+        self.stepcompress.queue_message(self.reset_message)
+        if not self.mcu.is_fileoutput():
+            self._read_position()
+
+    def _read_position(self):
+        params = self.position_query.send([self.oid])
+        position = -params["pos"] if self.invert_dir else params["pos"]
+        mcu = self.mcu
+        print_time = mcu.estimated_print_time(params["#receive_time"])
+        self.stepcompress.set_last_position(
+            mcu.print_time_to_clock(print_time), position)
+        self.printer.send_event("stepper:sync_mcu_position", self)
 
     # Activity
 
     def add_active_callback(self, callback):
-        """Call callback(print_time) when the stepper is about to move, once."""
-        self._active_callbacks.append(callback)
+        """Call callback(print_time) when the motor is about to move, once."""
+        self.active_callbacks.append(callback)
 
     def check_active(self, print_time):
-        """Call the active callbacks if motion up to print_time moves the stepper."""
-        if not self._active_callbacks or self.kinematics is None:
+        """Call the callbacks if steps up to print_time will be made."""
+        if not self.active_callbacks or self.kinematics is None:
             return
-        start = self.kinematics.check_active(print_time)
-        if start:
-            callbacks, self._active_callbacks = self._active_callbacks, []
-            for callback in callbacks:
-                callback(start)
+        ahead = self.kinematics.scan_window()[1]
+        start = self.kinematics.check_active(print_time + ahead)
+        if not start:
+            return
+        callbacks, self.active_callbacks = self.active_callbacks, []
+        for callback in callbacks:
+            callback(start - ahead)
 
     def generate_steps(self, flush_time):
-        """Old way of making steps: done by motion_queuing now."""
+        """Make the steps up to flush_time; motion_queuing does that anyway."""
         self.check_active(flush_time)
-        self.kinematics.generate_steps(flush_time)
-
-
-def round_half(value):
-    """The nearest integer; halves go up."""
-    return math.floor(value + 0.5)
-
-
-# Options of the config
-
-
-def parse_gear_ratio(config, note_valid):
-    """Rotations of the motor for one of the output."""
-    gears = config.getlists("gear_ratio", (), seps=(":", ","), count=2,
-                            parser=float, note_valid=note_valid)
-    result = 1.
-    for driven, driving in gears:
-        if driving <= 0. or driven <= 0.:
-            raise config.error("Option 'gear_ratio' in section '%s' must have"
-                               " numbers above 0" % (config.get_name(),))
-        result *= driven / driving
-    return result
-
-
-def parse_step_distance(config, units_in_radians=None, note_valid=False):
-    """(mm or radians a rotation of the motor, steps a rotation)."""
-    if units_in_radians is None:
-        units_in_radians = (config.get("rotation_distance", None,
-                                       note_valid=False) is None
-                            and config.get("gear_ratio", None,
-                                           note_valid=False) is not None)
-    if units_in_radians:
-        rotation_dist = 2. * math.pi
-        config.get("gear_ratio", note_valid=note_valid)
-    else:
-        rotation_dist = config.getfloat("rotation_distance", above=0.,
-                                        note_valid=note_valid)
-    microsteps = config.getint("microsteps", minval=1, note_valid=note_valid)
-    full_steps = config.getint("full_steps_per_rotation", 200, minval=1,
-                               note_valid=note_valid)
-    if full_steps % 4:
-        raise config.error(
-            "Option 'full_steps_per_rotation' in section '%s' must be a multiple"
-            " of 4, not %d" % (config.get_name(), full_steps))
-    gearing = parse_gear_ratio(config, note_valid)
-    return rotation_dist, full_steps * microsteps * gearing
+        if self.kinematics is not None:
+            self.kinematics.generate_steps(flush_time)
 
 
 def PrinterStepper(config, units_in_radians=False):
-    """The MCU_stepper of a config section, known to all who care."""
+    """The MCU_stepper of a section, shown to all who keep track of steppers."""
     printer = config.get_printer()
-    name = config.get_name()
+    printer.load_object(config, "motion_queuing")
     ppins = pins.get(printer)
     step_pin = ppins.lookup_pin(config.get("step_pin"), can_invert=True)
     dir_pin = ppins.lookup_pin(config.get("dir_pin"), can_invert=True)
-    rotation_dist, steps_per_rotation = parse_step_distance(
-        config, units_in_radians, True)
+    rotation_dist, steps = parse_step_distance(config, units_in_radians, True)
     pulse = config.getfloat("step_pulse_duration", None, minval=0., maxval=.001)
-    stepper = MCU_stepper(name, step_pin["chip"], step_pin, dir_pin, rotation_dist,
-                          steps_per_rotation, pulse, units_in_radians)
-    stepper.register_motion(printer.load_object(config, "motion_queuing"))
-    for module in ("stepper_enable", "force_move", "motion_report"):
-        obj = printer.load_object(config, module, None)
-        if hasattr(obj, "register_stepper"):
-            obj.register_stepper(config, stepper)
+    stepper = MCU_stepper(config.get_name(), step_pin["chip"], step_pin, dir_pin,
+                          rotation_dist, steps, pulse, units_in_radians)
+    for name in REGISTRIES:
+        printer.load_object(config, name).register_stepper(config, stepper)
     return stepper
 
 
-HomingInfo = collections.namedtuple("homing_info", [
-    "speed", "position_endstop", "retract_speed", "retract_dist", "positive_dir",
-    "second_homing_speed"])
+class GenericPrinterRail(Rail):
+    """A rail whose steppers are those of the config."""
+
+    make_stepper = staticmethod(PrinterStepper)
 
 
-class GenericPrinterRail:
-    """An axis that homes: its range, how it homes, its steppers and endstops."""
+class PrinterRail(GenericPrinterRail):
+    """A rail with the stepper of its own section."""
 
     def __init__(self, config, need_position_minmax=True,
                  default_position_endstop=None, units_in_radians=False):
-        self.printer = config.get_printer()
-        self.stepper_units_in_radians = units_in_radians
-        self.name = config.get_name()
-        self.steppers = []
-        self.endstops = []
-        self.endstop_map = {}
-        self.endstop_pin = config.get("endstop_pin")
-        endstop = self.lookup_endstop(self.endstop_pin, self.name)
-        self.position_endstop = self._read_position_endstop(
-            config, endstop, default_position_endstop)
-        if need_position_minmax:
-            self.position_min = config.getfloat("position_min", 0.)
-            self.position_max = config.getfloat("position_max",
-                                                above=self.position_min)
-        else:
-            self.position_min = 0.
-            self.position_max = self.position_endstop
-        if not self.position_min <= self.position_endstop <= self.position_max:
-            raise config.error(
-                "position_endstop in section '%s' must be between position_min and"
-                " position_max: %.3f is not in %.3f to %.3f"
-                % (self.name, self.position_endstop, self.position_min,
-                   self.position_max))
-        self._read_homing(config)
-
-    def _read_position_endstop(self, config, endstop, default):
-        if hasattr(endstop, "get_position_endstop"):
-            return endstop.get_position_endstop()
-        if default is None:
-            return config.getfloat("position_endstop")
-        return config.getfloat("position_endstop", default)
-
-    def _read_homing(self, config):
-        self.homing_speed = config.getfloat("homing_speed", 5., above=0.)
-        self.second_homing_speed = config.getfloat(
-            "second_homing_speed", self.homing_speed / 2., above=0.)
-        self.homing_retract_speed = config.getfloat(
-            "homing_retract_speed", self.homing_speed, above=0.)
-        self.homing_retract_dist = config.getfloat(
-            "homing_retract_dist", 5., minval=0.)
-        positive = config.getboolean("homing_positive_dir", None)
-        if positive is None:
-            positive = self._guess_direction(config)
-        elif ((positive and self.position_endstop == self.position_min)
-              or (not positive and self.position_endstop == self.position_max)):
-            raise config.error("Invalid homing_positive_dir / position_endstop in"
-                               " section '%s'" % (self.name,))
-        self.homing_positive_dir = positive
-
-    def _guess_direction(self, config):
-        """Towards the nearer end of the range."""
-        quarter = (self.position_max - self.position_min) / 4.
-        if self.position_endstop <= self.position_min + quarter:
-            return config.getboolean("homing_positive_dir", False)
-        if self.position_endstop >= self.position_max - quarter:
-            return config.getboolean("homing_positive_dir", True)
-        raise config.error(
-            "Unable to infer homing_positive_dir in section '%s': position_endstop"
-            " %.3f is near no end of %.3f to %.3f; set homing_positive_dir"
-            % (self.name, self.position_endstop, self.position_min,
-               self.position_max))
-
-    def get_name(self, short=False):
-        """Name of the section; short: without 'stepper_'."""
-        return self.name.removeprefix("stepper_") if short else self.name
-
-    def get_range(self):
-        """(least, greatest) position."""
-        return self.position_min, self.position_max
-
-    def get_homing_info(self):
-        """How the rail homes."""
-        return HomingInfo(
-            self.homing_speed, self.position_endstop, self.homing_retract_speed,
-            self.homing_retract_dist, self.homing_positive_dir,
-            self.second_homing_speed)
-
-    def get_steppers(self):
-        """The MCU_steppers."""
-        return list(self.steppers)
-
-    def get_endstops(self):
-        """[(endstop, name)]."""
-        return list(self.endstops)
-
-    # Endstops
-
-    def lookup_endstop(self, endstop_pin, name):
-        """The endstop on a pin, which several steppers may share."""
-        ppins = pins.get(self.printer)
-        pin_params = ppins.parse_pin(endstop_pin, True, True)
-        key = (pin_params["chip_name"], pin_params["pin"])
-        known = self.endstop_map.get(key)
-        if known is None:
-            return self._add_endstop(ppins, endstop_pin, key, pin_params, name)
-        if (pin_params["invert"] != known["invert"]
-                or pin_params["pullup"] != known["pullup"]):
-            raise pins.error("Rail '%s': endstop pin '%s' is shared with different"
-                             " settings; write it alike everywhere"
-                             % (self.name, endstop_pin))
-        return known["endstop"]
-
-    def _add_endstop(self, ppins, endstop_pin, key, pin_params, name):
-        endstop = ppins.setup_pin("endstop", endstop_pin)
-        self.endstop_map[key] = {"endstop": endstop, "invert": pin_params["invert"],
-                                 "pullup": pin_params["pullup"]}
-        short = name.removeprefix("stepper_")
-        self.endstops.append((endstop, short))
-        query = self.printer.lookup_object("query_endstops", None)
-        if query is not None:
-            query.register_endstop(endstop, short)
-        return endstop
-
-    def add_stepper(self, stepper, endstop_pin=None, endstop_name=None):
-        """Add a stepper, which stops on its own endstop or the rail's."""
-        pin = endstop_pin if endstop_pin is not None else self.endstop_pin
-        endstop = self.lookup_endstop(pin, endstop_name or stepper.get_name())
-        endstop.add_stepper(stepper)
-        self.steppers.append(stepper)
-
-    def add_stepper_from_config(self, config):
-        """Add the stepper of a section."""
-        stepper = PrinterStepper(config, self.stepper_units_in_radians)
-        self.add_stepper(stepper, config.get("endstop_pin", None))
-
-    add_extra_stepper = add_stepper_from_config
-
-    # All steppers at once
-
-    def setup_itersolve(self, alloc_func, *params):
-        """See MCU_stepper.setup_itersolve()."""
-        for stepper in self.steppers:
-            stepper.setup_itersolve(alloc_func, *params)
-
-    def set_trapq(self, trapq):
-        """Have all steppers follow a TrapQ."""
-        for stepper in self.steppers:
-            stepper.set_trapq(trapq)
-
-    def set_position(self, coord):
-        """The head is at coord."""
-        for stepper in self.steppers:
-            stepper.set_position(coord)
-
-    def calc_position_from_coord(self, coord):
-        """Position of the first stepper for a head at coord."""
-        return self.steppers[0].calc_position_from_coord(coord)
-
-    def get_commanded_position(self):
-        """Position of the first stepper."""
-        return self.steppers[0].get_commanded_position()
+        super().__init__(config, need_position_minmax, default_position_endstop,
+                         units_in_radians)
+        self.add_stepper(self.make_stepper(config, units_in_radians))
 
 
 def LookupRail(config, need_position_minmax=True, default_position_endstop=None,
                units_in_radians=False):
-    """A rail with the one stepper of its section."""
-    config.get_printer().load_object(config, "query_endstops")
-    rail = GenericPrinterRail(config, need_position_minmax,
-                              default_position_endstop, units_in_radians)
-    rail.add_stepper_from_config(config)
-    return rail
-
-
-PrinterRail = LookupRail
+    """The rail of a section, with one stepper."""
+    return PrinterRail(config, need_position_minmax, default_position_endstop,
+                       units_in_radians)
 
 
 def LookupMultiRail(config, need_position_minmax=True,
                     default_position_endstop=None, units_in_radians=False):
-    """A rail with the steppers of its section and of those numbered after it."""
-    rail = LookupRail(config, need_position_minmax, default_position_endstop,
-                      units_in_radians)
-    number = 1
-    while config.has_section("%s%d" % (config.get_name(), number)):
-        rail.add_stepper_from_config(
-            config.getsection("%s%d" % (config.get_name(), number)))
-        number += 1
+    """The rail of a section and of those numbered after it."""
+    rail = PrinterRail(config, need_position_minmax, default_position_endstop,
+                       units_in_radians)
+    for section in iterate_family(config):
+        rail.add_extra_stepper(section)
     return rail

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Machines whose motors move by weighted sums of x, y and z.
+
+A kind is a table of the weights, one row a rail; all else follows from it.
+"""
+
+from klippy_ext.kin_linear import LinearKinematics
+
+from klippy import stepper
+from klippy.kinematics.limits import AXES, MoveLimits, list_axes
+from klippy.mathutil import matrix_cross, matrix_dot
+
+# A homing move is so much longer than the range
+HOMING_MARGIN = 1.5
+
+
+def invert(rows):
+    """Inverse of a 3 x 3 matrix given as rows.  It must not be singular."""
+    columns = [matrix_cross(rows[1], rows[2]), matrix_cross(rows[2], rows[0]),
+               matrix_cross(rows[0], rows[1])]
+    scale = matrix_dot(rows[0], columns[0])
+    return [[column[i] / scale for column in columns] for i in range(3)]
+
+
+class LinearMachine:
+    """Rails stepper_x, stepper_y, stepper_z; each homes the axis of its name.
+
+    weights: three rows, what x, y and z add to the position of each rail.
+    """
+
+    def __init__(self, toolhead, config, weights):
+        self.printer = config.get_printer()
+        self.inverse = invert(weights)
+        self.rails = [stepper.LookupMultiRail(config.getsection("stepper_" + axis))
+                      for axis in AXES]
+        self._connect_rails(weights, toolhead.get_trapq())
+        self._share_endstops(weights)
+        velocity, accel = toolhead.get_max_velocity()
+        self.limits = MoveLimits(
+            [rail.get_range() for rail in self.rails],
+            config.getfloat("max_z_velocity", velocity, above=0., maxval=velocity),
+            config.getfloat("max_z_accel", accel, above=0., maxval=accel))
+        self.printer.register_event_handler("stepper_enable:motor_off",
+                                            self._handle_motor_off)
+
+    def _connect_rails(self, weights, trapq):
+        for rail, row in zip(self.rails, weights, strict=True):
+            for motor in rail.get_steppers():
+                motor.set_stepper_kinematics(LinearKinematics(*row))
+                motor.set_trapq(trapq)
+
+    def _share_endstops(self, weights):
+        """Let an axis' endstops stop the other rails that the axis moves too."""
+        for axis, rail in enumerate(self.rails):
+            others = [motor for other, row in zip(self.rails, weights, strict=True)
+                      if other is not rail and row[axis]
+                      for motor in other.get_steppers()]
+            for endstop, _ in rail.get_endstops():
+                for motor in others:
+                    endstop.add_stepper(motor)
+
+    def _handle_motor_off(self, print_time):
+        self.clear_homing_state(AXES)
+
+    # Positions
+
+    def get_steppers(self):
+        """All MCU_steppers."""
+        return [motor for rail in self.rails for motor in rail.get_steppers()]
+
+    def calc_position(self, stepper_positions):
+        """[x, y, z] of the head for {stepper name: position}, mm."""
+        positions = [stepper_positions[rail.get_name()] for rail in self.rails]
+        return [matrix_dot(row, positions) for row in self.inverse]
+
+    def set_position(self, newpos, homing_axes=""):
+        """The head is at newpos; the homing_axes ("xyz") become homed by that."""
+        for rail in self.rails:
+            rail.set_position(newpos)
+        for axis in list_axes(homing_axes):
+            self.limits.set_homed(axis)
+
+    def clear_homing_state(self, clear_axes):
+        """The axes ("xyz") must be homed again."""
+        for axis in list_axes(clear_axes):
+            self.limits.clear_homed(axis)
+
+    def note_z_not_homed(self):
+        """Old name of clear_homing_state("z")."""
+        self.clear_homing_state("z")
+
+    def check_move(self, move):
+        """Raises CommandError if a move leaves the ranges; slows one in z."""
+        return self.limits.check_move(move)
+
+    # Homing
+
+    def home(self, homing_state):
+        """Home the axes of a Homing, one after the other.
+
+        Raises CommandError.
+        """
+        for axis in homing_state.get_axes():
+            self.home_axis(homing_state, axis, self.rails[axis])
+
+    def home_axis(self, homing_state, axis, rail):
+        """Move an axis towards its endstop from beyond its other end."""
+        info = rail.get_homing_info()
+        far_end = rail.get_range()[0 if info.positive_dir else 1]
+        way = HOMING_MARGIN * (info.position_endstop - far_end)
+        target, start = [None] * 4, [None] * 4
+        target[axis] = info.position_endstop
+        start[axis] = info.position_endstop - way
+        homing_state.home_rails([rail], start, target)
+
+    def get_status(self, eventtime):
+        """homed_axes, axis_minimum, axis_maximum of printer.toolhead."""
+        return self.limits.get_status()
