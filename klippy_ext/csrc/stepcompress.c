@@ -59,6 +59,8 @@ void
 stepcompress_configure(struct stepcompress *sc,
                        const struct stepcompress_options *options)
 {
+    if (!options->invert_dir != !sc->options.invert_dir)
+        sc->sent_dir = 0;
     sc->options = *options;
 }
 

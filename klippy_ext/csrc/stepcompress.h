@@ -43,6 +43,7 @@ struct stepcompress;
 /* NULL when out of memory. */
 struct stepcompress *stepcompress_new(uint32_t oid);
 void stepcompress_delete(struct stepcompress *sc);
+/* A change of invert_dir is for the runs to come. */
 void stepcompress_configure(struct stepcompress *sc,
                             const struct stepcompress_options *options);
 /* clock = (print_time - offset) * freq */
