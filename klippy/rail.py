@@ -64,6 +64,7 @@ class Rail:
         return config.getfloat("position_endstop", default)
 
     def _read_range(self, config, need_position_minmax):
+        self.has_range = need_position_minmax
         if not need_position_minmax:
             self.position_min, self.position_max = 0., self.position_endstop
             return
@@ -93,6 +94,8 @@ class Rail:
 
     def _find_direction(self, config):
         """True if the endstop is at the upper end, False at the lower one."""
+        if not self.has_range:
+            return True
         length = self.position_max - self.position_min
         if self.position_endstop - self.position_min <= END_SHARE * length:
             return False

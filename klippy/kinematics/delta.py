@@ -124,6 +124,11 @@ class DeltaKinematics:
         self.max_z = min(rail.get_homing_info().position_endstop
                          for rail in self.rails)
         self.min_z = config.getfloat("minimum_z_position", 0., maxval=self.max_z)
+        if self.min_z > self.max_z:
+            raise config.error(
+                "Option 'minimum_z_position' in section 'printer': its default %.3f"
+                " is above the lowest position_endstop, %.3f"
+                % (self.min_z, self.max_z))
         self.min_arm2 = min(tower.arm2 for tower in self.towers)
         self.cone_start_z = min(tower.top - math.sqrt(tower.arm2)
                                 for tower in self.towers)
