@@ -239,7 +239,8 @@ class MCU_stepper:
     def set_stepper_kinematics(self, sk):
         """Move by other kinematics from now on; returns the old ones.
 
-        sk: StepperKinematics, or a pointer of chelper.
+        All steps must be flushed.  sk: StepperKinematics, or a pointer of
+        chelper.
         """
         old, self.kinematics = self.kinematics, wrap_pointer(sk, StepperKinematics)
         if old is not None:
@@ -248,11 +249,16 @@ class MCU_stepper:
         return unwrap_pointer(old)
 
     def _use_kinematics(self):
-        if self.kinematics is not None:
-            self.kinematics.set_stepcompress(self.stepcompress, self.get_step_dist())
-            self.kinematics.set_trapq(self.trapq)
-        if self.motion_queuing is not None:
-            self.motion_queuing.set_kinematics(self)
+        kinematics, queuing = self.kinematics, self.motion_queuing
+        if kinematics is not None:
+            kinematics.set_stepcompress(self.stepcompress, self.get_step_dist())
+            if queuing is not None:
+                # what the trapq remembers was made into steps by others
+                kinematics.set_trapq(None)
+                kinematics.generate_steps(queuing.last_step_gen_time)
+            kinematics.set_trapq(self.trapq)
+        if queuing is not None:
+            queuing.set_kinematics(self)
 
     def get_trapq(self):
         """What set_trapq() was given, or None."""

@@ -230,6 +230,12 @@ def test_kinematics_and_queues_may_be_exchanged(make_bench):
         assert motor.get_commanded_position() == old.get_commanded_pos()
         it.send("G1 X10 F6000")
         assert it.get_error()[0] <= 0.0125
+        # new ones do not repeat what is past
+        it.toolhead.flush_step_generation()
+        motor.set_stepper_kinematics(LinearKinematics(1., 0., 0.))
+        motor.set_position(it.toolhead.get_position())
+        it.send("G1 X20")
+        assert it.get_error()[0] <= 0.0125
     make_bench().run_ready(body)
 
 
