@@ -5,7 +5,7 @@ import logging
 import math
 
 from klippy_ext.kin_linear import LinearKinematics
-from klippy_ext.trapq import TrapMove
+from klippy_ext.trapq import TrapMove, TrapQ
 
 BUZZ_COUNT = 10
 BUZZ_DISTANCE = 1.
@@ -51,7 +51,6 @@ class ForceMove:
         self.printer = config.get_printer()
         self.steppers = {}
         self.motion_queuing = self.printer.load_object(config, "motion_queuing")
-        self.trapq = self.motion_queuing.allocate_trapq()
         self.is_enabled = config.getboolean("enable_force_move", False)
         self.gcode = self.printer.lookup_object("gcode")
         if self.is_enabled:
@@ -87,20 +86,20 @@ class ForceMove:
         """
         toolhead = self.printer.lookup_object("toolhead")
         move, duration = make_segment(dist, speed, accel)
+        trapq = TrapQ()
         toolhead.flush_step_generation()
         old_kinematics = stepper.set_stepper_kinematics(LinearKinematics(1., 0., 0.))
-        old_trapq = stepper.set_trapq(self.trapq)
+        old_trapq = stepper.set_trapq(trapq)
         try:
             stepper.set_position(ORIGIN)
             print_time = toolhead.get_last_move_time()
-            self.trapq.append(print_time, move)
+            trapq.append(print_time, move)
             self.motion_queuing.note_mcu_movequeue_activity(print_time + duration)
             toolhead.dwell(duration)
             toolhead.flush_step_generation()
         finally:
             stepper.set_trapq(old_trapq)
             stepper.set_stepper_kinematics(old_kinematics)
-            self.motion_queuing.wipe_trapq(self.trapq)
 
     def _force_enable(self, stepper):
         """Switch a motor on; returns what to disable later, if it was off."""
