@@ -4,7 +4,8 @@
  * Three kinds of timer event make the pulses:
  *   edge    the driver steps on both edges: one toggle a step
  *   inline  pulse and planning in one event, where that takes long enough
- *   phased  one event for each edge, for pulses of any length
+ *   phased  one event for each edge, for pulses (or, with a driver that steps
+ *           on both edges, pauses) of any length
  * All share advance(), which finds the time of the next step.  The direction
  * pin changes in advance(), after the last pulse of the run before.
  */
@@ -150,7 +151,7 @@ static bool phased_event(struct timer *timer)
     uint32_t now = timer_read_clock();
 
     gpio_toggle_irq(s->step_pin);
-    s->is_high = !s->is_high;
+    s->is_high = !s->is_high && !s->is_edge;
     if (s->is_high) {
         timer->waketime = now + s->pulse_ticks;
         return TIMER_AGAIN;

@@ -273,16 +273,17 @@ def test_pulses_without_a_wish(make_bench):
     make_bench().run_ready(body)
 
 
-def test_drivers_may_step_on_both_edges(make_bench):
+@pytest.mark.parametrize("pulse", [0.0000001, 0.0000004])
+def test_drivers_may_step_on_both_edges(make_bench, pulse):
     def hook(config):
         lookup = config.get_printer().lookup_object("force_move").lookup_stepper
         for name in ("stepper_x", "stepper_y", "stepper_z"):
-            lookup(name).setup_default_pulse_duration(0.0000001, True)
+            lookup(name).setup_default_pulse_duration(pulse, True)
 
     def body(it):
         durations = {axis: motor_of(it, axis).get_pulse_duration() for axis in "xyz"}
-        assert durations == {"x": (0.0000001, True), "y": (0.000005, True),
-                             "z": (0.0000001, True)}
+        assert durations == {"x": (pulse, True), "y": (0.000005, True),
+                             "z": (pulse, True)}
         inverts = [cmd.partition("invert_step=")[2].split()[0]
                    for cmd in list_config(it)]
         assert inverts == ["-1", "0", "-1"]
