@@ -23,6 +23,8 @@ RESTART_LEAD = 0.10
 # Homing: steps are made in pieces of so long, so far ahead of the mcu (s)
 DRIP_PIECE = 0.050
 DRIP_LEAD = 0.100
+# A wait shorter than this is none: so little does not move the clock at all
+MIN_WAIT = 0.000001
 # Old motion is kept for reports so long (s)
 HISTORY_TIME = 30.
 
@@ -257,7 +259,7 @@ class MotionQueue:
         while step_time < end_time and not completion.test():
             now = self.reactor.monotonic()
             lead = step_time - self.mcu.estimated_print_time(now) - DRIP_LEAD
-            if lead > 0. and not self.is_halted:
+            if lead > MIN_WAIT and not self.is_halted:
                 completion.wait(now + lead)
                 continue
             step_time = min(step_time + DRIP_PIECE, end_time)

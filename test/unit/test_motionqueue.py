@@ -225,6 +225,18 @@ def test_drip_stops_with_its_completion(queue, reactor, run_in_reactor):
     assert reactor.monotonic() == pytest.approx(100.6, abs=0.051)
 
 
+def test_drip_does_not_wait_for_less_than_the_clock_can_tell(
+        queue, reactor, run_in_reactor):
+    calls = []
+
+    def estimate(eventtime):
+        calls.append(eventtime)
+        assert len(calls) < 1000, "waits without end for a moment that is now"
+        return eventtime - 100. - 5e-15
+    queue.mcu.estimated_print_time = estimate
+    assert drip(queue, reactor, run_in_reactor, None)[-1][1] == pytest.approx(1.25)
+
+
 def test_shutdown_ends_it(queue, reactor):
     flushes = Flushes(queue)
     queue.note_mcu_movequeue_activity(5.)
