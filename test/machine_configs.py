@@ -51,6 +51,14 @@ def make_extruder(advance):
             + HEAT + "pressure_advance: %s\n" % advance)
 
 
+def make_two_mcus():
+    """A cartesian machine whose extruder is on an mcu of its own."""
+    main, _, rest = make_axes("cartesian", 0.04, BED).partition("[extruder]")
+    extruder, mark, bed = rest.partition("[heater_bed]")
+    return (main + "[extruder]" + extruder.replace(": PE", ": tool:PE") + mark + bed
+            + "[mcu tool]\nserial: /dev/null\n")
+
+
 def make_axes(kinematics, advance=0.04, extra=""):
     """A cartesian or corexy machine."""
     text = ("[mcu]\nserial: /dev/null\n\n[printer]\nkinematics: %s\n"
