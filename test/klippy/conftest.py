@@ -13,34 +13,11 @@ ROOT = FOLDER.parents[1]
 if str(FOLDER) not in sys.path:
     sys.path.insert(0, str(FOLDER))
 
+from dictionaries import DICTIONARIES, build_dictionary  # noqa: E402
+
 import scripts  # noqa: E402
 
-DICTIONARIES = ROOT / "out" / "dictionaries"
 TIMEOUT = 300
-_built = set()
-
-
-def build_dictionary(path):
-    """Build the firmware of test/configs/NAME.config for NAME.dict, once."""
-    if path in _built:
-        return path
-    name = path.stem
-    config = ROOT / "test" / "configs" / (name + ".config")
-    if not config.exists():
-        raise scripts.ScriptError("there is no %s for dictionary '%s'"
-                                  % (config, path.name))
-    out = "out/test-%s/" % (name,)
-    result = subprocess.run(
-        ["make", "-s", "firmware", "OUT=" + out, "PYTHON=" + sys.executable,
-         "KCONFIG_CONFIG=%s" % (config.relative_to(ROOT),)],
-        cwd=ROOT, capture_output=True, text=True)
-    if result.returncode:
-        raise scripts.ScriptError("building %s failed:\n%s" % (name, result.stderr))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes((ROOT / out / "klipper.dict").read_bytes())
-    _built.add(path)
-    return path
-
 
 def pytest_collect_file(file_path, parent):
     if file_path.suffix == ".test":

@@ -71,11 +71,12 @@ class Judge:
         """The Path of the whole job."""
         rows, time = [], self.start.print_time
         everything = np.sort(np.concatenate([m.times for m in self.motors]))
-        pause = 0.
+        pause, self.begins = 0., []
         for sequence in self.sequences:
             moves = plan.plan(sequence.moves, self.extra_limit)
             if moves:
                 begin = self._find_start(moves, time, pause, everything)
+                self.begins.append(begin)
                 more, time = plan.pieces(moves, begin)
                 rows += more
                 pause = 0.

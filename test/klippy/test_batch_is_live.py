@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The steps that batch mode writes are those that a machine does."""
+
+import re
+
+import machine_configs
+import numpy as np
+import pytest
+from batch import BatchRun, decode_steps, read_lines, run_batch
+from dictionaries import DICTIONARIES, build_dictionary
+from judge import Judge
+from printer_run import PrinterRun
+from truth.steps import TOLERANCE
+
+START = "SET_KINEMATIC_POSITION X=%(x)s Y=%(y)s Z=5\nG90\nM83\nG92 E0\n"
+# Moves in groups; between groups the machine rests for a while.
+GROUPS = ("G91\nG1 X20 Y7 F6000\nG1 X10 E0.5 F2400\nG1 Y12 E0.6\nG1 X-11 Y-3 E0.5\n",
+          "G1 E-0.8 F2400\nG1 Z0.4 F600\nG1 X-9 Y2 F12000\nG1 Z-0.4 F600\nG1 E0.8\n",
+          "".join("G1 X%.3f Y%.3f E0.02 F3000\n" % (
+              np.cos(0.1 * i), np.sin(0.1 * i)) for i in range(120)))
+PAUSE = "G4 P1500\n"
+
+
+def use_own_pins(config):
+    """The config with the firmware's own names of pins."""
+    return re.sub(r"P([A-F])(\d)", lambda m: "gpio%d" % (
+        8 * (ord(m[1]) - ord("A")) + int(m[2])), config)
+
+
+def find_pins(config):
+    """{stepper section: step pin}."""
+    found = re.findall(r"\[(\w+)\]\nstep_pin: (\w+)", config)
+    return dict(found)
+
+
+@pytest.fixture(scope="module")
+def dictionary():
+    return build_dictionary(DICTIONARIES / "simulator.dict")
+
+
+@pytest.mark.parametrize("kind", ["cartesian", "corexy", "delta"])
+def test_same_steps(tmp_path, dictionary, kind):
+    extra = machine_configs.BED + "\n[force_move]\nenable_force_move: True\n"
+    make = machine_configs.make_delta if kind == "delta" else (
+        lambda *args: machine_configs.make_axes(kind, *args))
+    config = use_own_pins(make(0.04, extra))
+    head = START % ({"x": 0, "y": 0} if kind == "delta" else {"x": 100, "y": 100})
+    job = PAUSE.join(GROUPS)
+    output = run_batch(config, head + job, dictionary, tmp_path)
+    steps = decode_steps(read_lines(output, dictionary))
+    live = PrinterRun(config, tmp_path).run([head, job])
+    batch = BatchRun(steps, find_pins(config), live)
+    begins, judges = [], []
+    for run in (live, batch):
+        judge = Judge(run, config, "G90\nM83\n" + job, run.snapshots[0],
+                      extra_limit=machine_configs.find_limits(kind, config))
+        assert min(judge.check().values()) > 100
+        begins.append(judge.begins)
+        judges.append(judge)
+    assert len(begins[0]) == len(GROUPS)
+    for seen, written in zip(*(judge.motors for judge in judges), strict=True):
+        compare(seen, written, *begins, 1. / live.freq)
+
+
+def compare(seen, written, seen_begins, written_begins, tick):
+    """Same steps in the same order, at the same times after the start.
+
+    Either may be off the exact time by the bound, to different sides.
+    """
+    assert np.array_equal(seen.directions, written.directions), seen.name
+    # The drive leads the head by less than this
+    group = np.searchsorted(np.array(seen_begins) - 0.1, seen.times) - 1
+    assert np.all(group >= 0)
+    difference = ((seen.times - np.array(seen_begins)[group])
+                  - (written.times - np.array(written_begins)[group]))
+    assert np.abs(difference).max() <= 2. * (TOLERANCE + tick), seen.name
