@@ -170,7 +170,7 @@ class GCodeMacro:
             raise printer.config_error(
                 "Section [%s]: a macro has a name without blanks, like"
                 " [gcode_macro MY_MACRO]" % (config.get_name(),))
-        self.alias = names[1].upper()
+        self.name, self.alias = names[1], names[1].upper()
         self.template = printer.load_object(config, "gcode_macro").load_template(
             config, "gcode")
         self.gcode = printer.lookup_object("gcode")
@@ -181,9 +181,11 @@ class GCodeMacro:
         self._register(config)
 
     def _register(self, config):
-        self.gcode.register_mux_command(
-            "SET_GCODE_VARIABLE", "MACRO", self.alias, self.cmd_SET_GCODE_VARIABLE,
-            desc=self.cmd_SET_GCODE_VARIABLE_help)
+        # By its name as the config has it, and as a command
+        for name in sorted({self.name, self.alias}):
+            self.gcode.register_mux_command(
+                "SET_GCODE_VARIABLE", "MACRO", name, self.cmd_SET_GCODE_VARIABLE,
+                desc=self.cmd_SET_GCODE_VARIABLE_help)
         if self.rename_existing is None:
             self.gcode.register_command(self.alias, self.cmd, desc=self.cmd_desc)
             return
