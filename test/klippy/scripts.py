@@ -3,8 +3,9 @@
 
 Lines: `CONFIG path`, `DICTIONARY main.dict [mcu=other.dict ...]`, `GCODE path`,
 `SHOULD_FAIL`, anything else is inline G-code; `#` starts a comment.  Paths are
-relative to the file, dictionaries to the dictionary folder.  With several
-CONFIG lines each runs with what precedes it since the last run.
+relative to the file, dictionaries to the dictionary folder.  A dictionary is for
+the CONFIG lines after it.  Configs that follow each other run the same G-code; a
+CONFIG after G-code begins anew.
 """
 
 import dataclasses
@@ -37,8 +38,7 @@ def read_cases(script, dict_folder):
         line = line.split("#", 1)[0].strip()
         if line:
             state.feed(number, line, cases)
-    if state.config is not None:
-        cases.append(state.finish(len(cases) + 1))
+    state.finish(cases)
     if not cases:
         raise ScriptError("%s: no CONFIG line" % script)
     return cases
@@ -47,15 +47,19 @@ def read_cases(script, dict_folder):
 class _State:
     def __init__(self, script, dict_folder):
         self.script, self.dict_folder = script, dict_folder
-        self.config = None
-        self.dictionaries, self.gcode, self.should_fail = {}, [], False
+        self.dictionaries = {}
+        self._clear()
+
+    def _clear(self):
+        self.configs, self.gcode, self.should_fail = [], [], False
 
     def feed(self, number, line, cases):
         word, _, rest = line.partition(" ")
         if word == "CONFIG":
-            if self.config is not None:
-                cases.append(self.finish(len(cases) + 1))
-            self.config = self._path(number, self.script.parent, rest)
+            if self.configs and self.gcode:
+                self.finish(cases)
+            self.configs.append((self._path(number, self.script.parent, rest),
+                                 dict(self.dictionaries)))
         elif word == "DICTIONARY":
             self._read_dictionaries(number, rest)
         elif word == "GCODE":
@@ -78,6 +82,8 @@ class _State:
             mcu, _, name = word.rpartition("=")
             self.dictionaries[mcu or "mcu"] = self.dict_folder / name
 
-    def finish(self, number):
-        return Case(self.script, number, self.config, dict(self.dictionaries),
-                    "\n".join(self.gcode) + "\n", self.should_fail)
+    def finish(self, cases):
+        for config, dictionaries in self.configs:
+            cases.append(Case(self.script, len(cases) + 1, config, dictionaries,
+                              "\n".join(self.gcode) + "\n", self.should_fail))
+        self._clear()
