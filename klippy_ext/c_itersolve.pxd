@@ -21,3 +21,4 @@ cdef extern from "itersolve.h" nogil:
     int itersolve_is_active_axis(const itersolve *its, char axis)
     double itersolve_find_active(const itersolve *its, double until)
     int itersolve_generate(itersolve *its, double print_time)
+    int itersolve_check(const itersolve *its)

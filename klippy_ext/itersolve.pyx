@@ -13,6 +13,7 @@ from klippy_ext.c_itersolve cimport (
     ITERSOLVE_EJUMP,
     itersolve,
     itersolve_calc_position,
+    itersolve_check,
     itersolve_find_active,
     itersolve_generate,
     itersolve_get_commanded_pos,
@@ -108,6 +109,12 @@ cdef class StepperKinematics:
         """(pre, post): s of motion around a time that its steps depend on."""
         cdef itersolve *its = self.get()
         return its.scan_pre, its.scan_post
+
+    def check(self):
+        """Raise AssertionError if an invariant does not hold (for tests)."""
+        cdef int ret = itersolve_check(self.get())
+        if ret:
+            raise AssertionError("itersolve is inconsistent: %d" % (ret,))
 
 
 cdef int raise_error(int ret, double print_time) except -1:

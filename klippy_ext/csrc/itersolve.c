@@ -211,3 +211,16 @@ itersolve_generate(struct itersolve *is, double print_time)
         stepcompress_note_made(is->sc, print_time);
     return ret;
 }
+
+int
+itersolve_check(const struct itersolve *is)
+{
+    if (!(is->step_dist > 0.)
+        || fabs(is->step_dist * is->inv_step_dist - 1.) > 1e-12)
+        return -1;
+    if (!isfinite(is->origin) || !(is->done_time >= 0.))
+        return -2;
+    if (is->scan_pre < 0. || is->scan_post < 0.)
+        return -3;
+    return is->kind->check ? is->kind->check(is) : 0;
+}

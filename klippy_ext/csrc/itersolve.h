@@ -29,7 +29,7 @@ enum { ITERSOLVE_X = 1, ITERSOLVE_Y = 2, ITERSOLVE_Z = 4 };
 
 enum {
     ITERSOLVE_EJUMP = -1000,    /* the position jumps by too many steps */
-    ITERSOLVE_JUMP_MAX = 1024,
+    ITERSOLVE_JUMP_MAX = 16,
 };
 
 #define STEP_SLACK 1e-6         /* of a step */
@@ -42,6 +42,8 @@ struct itersolve_kind {
                 double from, double to);
     /* Instead of emit, where it depends on more than one segment; or NULL. */
     int (*emit_range)(struct itersolve *is, double start, double end);
+    /* As itersolve_check(), for what is its own; or NULL. */
+    int (*check)(const struct itersolve *is);
 };
 
 /* First member of every kinematics. */
@@ -81,6 +83,9 @@ double itersolve_find_active(const struct itersolve *is, double until);
 
 /* Make all steps up to print_time.  Returns 0, -ENOMEM or -EJUMP. */
 int itersolve_generate(struct itersolve *is, double print_time);
+
+/* 0, or a negative number that says which invariant does not hold. */
+int itersolve_check(const struct itersolve *is);
 
 /* ---- For the kinds ---- */
 

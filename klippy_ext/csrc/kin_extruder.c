@@ -20,6 +20,8 @@ get_position(const struct itersolve *is, const double pos[3])
     return pos[0];
 }
 
+/* ---- Settings ---- */
+
 static const struct advance_setting *
 find_setting(const struct kin_extruder *k, double print_time)
 {
@@ -30,29 +32,83 @@ find_setting(const struct kin_extruder *k, double print_time)
     return &k->settings[i];
 }
 
+/* Window of two settings that follow each other: the longer serves both. */
+static double
+get_reach(const struct advance_setting *s)
+{
+    return fmax(s[0].half_smooth, s[1].half_smooth);
+}
+
+/* Forget settings that serve no segment any more. */
+static void
+prune_settings(struct kin_extruder *k)
+{
+    struct advance_setting *s = k->settings;
+    const struct trapq *tq = k->is.tq;
+    double needed = k->is.done_time - k->is.scan_pre;
+    int n = 0;
+
+    if (tq && !trapq_is_empty(tq)) {
+        uint64_t i = trapq_find(tq, k->is.cursor, needed);
+        if (i < tq->end)
+            needed = fmin(needed, trapq_get(tq, i)->time);
+    }
+    while (n + 1 < k->n_settings
+           && s[n + 1].print_time + get_reach(&s[n]) < needed)
+        n++;
+    if (k->n_settings - n == KIN_EXTRUDER_SETTINGS)
+        n++;
+    k->n_settings -= n;
+    memmove(s, s + n, (size_t)k->n_settings * sizeof(*s));
+}
+
 int
 kin_extruder_set_advance(struct kin_extruder *k, double print_time,
                          double advance, double smooth_time)
 {
-    struct advance_setting *s = k->settings;
-    double half = advance > 0. ? .5 * smooth_time : 0.;
-    double reach = half;
+    struct advance_setting *s = k->settings, *last;
+    double half = advance > 0. ? .5 * smooth_time : 0., reach = 0.;
 
     if (!isfinite(print_time + advance + smooth_time) || advance < 0.
         || smooth_time < 0.)
         return -EINVAL;
+    advance = half > 0. ? advance : 0.;
     while (k->n_settings > 1
            && s[k->n_settings - 1].print_time >= print_time)
         k->n_settings--;
-    if (k->n_settings == KIN_EXTRUDER_SETTINGS)
-        memmove(s, s + 1, (size_t)--k->n_settings * sizeof(*s));
-    s[k->n_settings++] = (struct advance_setting) {
-        print_time, advance, half,
-    };
+    prune_settings(k);
+    last = &s[k->n_settings - 1];
+    if (last->advance != advance || last->half_smooth != half)
+        s[k->n_settings++] = (struct advance_setting) {
+            print_time, advance, half,
+        };
     for (int i = 0; i < k->n_settings; i++)
         reach = fmax(reach, s[i].half_smooth);
     k->is.scan_pre = k->is.scan_post = reach;
     return 0;
+}
+
+/* Half the window at a time; *until is lowered to when that may change. */
+static double
+get_half(const struct kin_extruder *k, double time, double *until)
+{
+    const struct advance_setting *s = k->settings;
+    double half = 0.;
+
+    for (int i = k->n_settings - 1; i >= 0; i--) {
+        double from = i ? s[i].print_time - get_reach(&s[i - 1]) : -INFINITY;
+        double to = i + 1 < k->n_settings
+            ? s[i + 1].print_time + get_reach(&s[i]) : INFINITY;
+        if (from > time) {
+            *until = fmin(*until, from);
+            continue;
+        }
+        if (to > time) {
+            half = fmax(half, s[i].half_smooth);
+            *until = fmin(*until, to);
+        }
+    }
+    return half;
 }
 
 /* ---- Pieces ---- */
@@ -147,6 +203,7 @@ struct window {
     uint64_t first, middle, last;
 };
 
+/* In mm, by power of the time after `time`. */
 static void
 make_average(const struct kin_extruder *k, const struct window *w,
              double time, double half, struct quartic *q)
@@ -167,9 +224,6 @@ make_average(const struct kin_extruder *k, const struct window *w,
         change = get_change(k, i);
         add_border(q->p, &change, half + side * (time - border), side, half);
     }
-    q->p[0] -= k->is.origin;
-    for (int i = 0; i < 5; i++)
-        q->p[i] *= k->is.inv_step_dist;
 }
 
 static double
@@ -179,73 +233,78 @@ get_piece_end(const struct trapq *tq, uint64_t number)
                             : INFINITY;
 }
 
-/* The steps from `time` until the window meets the next border, but not after
- * `end`; returns that time in *until. */
-static int
-emit_window(struct kin_extruder *k, struct window *w, double time, double end,
-            double half, double *until)
+/* Move the window to `time`.  Returns when it meets the next border. */
+static double
+move_window(const struct trapq *tq, struct window *w, double time, double half)
 {
-    const struct trapq *tq = k->is.tq;
-    struct quartic q;
-
     w->first = trapq_find(tq, w->first, time - half);
     w->middle = trapq_find(tq, w->middle, time);
     w->last = trapq_find(tq, w->last, time + half);
-    *until = fmin(fmin(end, get_piece_end(tq, w->middle)),
-                  fmin(get_piece_end(tq, w->first) + half,
-                       get_piece_end(tq, w->last) - half));
-    if (*until <= time)         /* rounding: the borders nearly meet */
-        *until = fmin(nextafter(time, INFINITY), end);
-    if (w->first == w->last && (w->first == tq->end || trapseg_is_rest(
-                                    trapq_get(tq, w->first))))
-        return 0;
+    return fmin(get_piece_end(tq, w->middle),
+                fmin(get_piece_end(tq, w->first) + half,
+                     get_piece_end(tq, w->last) - half));
+}
+
+static int
+is_at_rest(const struct trapq *tq, const struct window *w)
+{
+    return w->first == w->last && (w->first == tq->end || trapseg_is_rest(
+                                       trapq_get(tq, w->first)));
+}
+
+static double
+get_faded(const struct fading *f, double time)
+{
+    return time < f->end ? f->offset * (f->end - time) / (f->end - f->start)
+                         : 0.;
+}
+
+/* The window's length changes at `time`: keep the position as it is. */
+static void
+change_half(struct kin_extruder *k, struct window *w, double time, double half)
+{
+    double offset = get_faded(&k->fading, time), longer = fmax(k->half, half);
+    struct quartic q;
+
+    move_window(k->is.tq, w, time, k->half);
+    make_average(k, w, time, k->half, &q);
+    offset += q.p[0];
+    move_window(k->is.tq, w, time, half);
     make_average(k, w, time, half, &q);
+    offset -= q.p[0];
+    k->fading = (struct fading) { offset, time, time + longer };
+    k->half = half;
+}
+
+/* To steps, with the offset that fades. */
+static void
+place_average(const struct kin_extruder *k, struct quartic *q)
+{
+    const struct fading *f = &k->fading;
+
+    q->p[0] += get_faded(f, q->time) - k->is.origin;
+    if (q->time < f->end)
+        q->p[1] -= f->offset / (f->end - f->start);
+    for (int i = 0; i < 5; i++)
+        q->p[i] *= k->is.inv_step_dist;
+}
+
+/* The steps from `time` to `end`, between which the window meets no border. */
+static int
+emit_window(struct kin_extruder *k, const struct window *w, double time,
+            double end)
+{
+    struct quartic q;
+
+    if (is_at_rest(k->is.tq, w) && time >= k->fading.end)
+        return 0;
+    make_average(k, w, time, k->half, &q);
+    place_average(k, &q);
     if (w->first == w->last) {
         struct quadratic plain = { time, q.p[0], q.p[1], q.p[2] };
-        return itersolve_emit_quadratic(&k->is, &plain, 0., *until - time);
+        return itersolve_emit_quadratic(&k->is, &plain, 0., end - time);
     }
-    return polysolve_emit(&k->is, &q, *until - time);
-}
-
-/* Without advance: the plain position. */
-static int
-emit_plain(struct kin_extruder *k, const struct window *w, double time,
-           double end)
-{
-    const struct trapseg *seg = trapq_get(k->is.tq, w->middle);
-    double ratio = seg->axes_r[0] * k->is.inv_step_dist;
-    struct quadratic q = {
-        .time = seg->time,
-        .p0 = itersolve_to_steps(&k->is, seg->start[0]),
-        .p1 = ratio * seg->start_v, .p2 = ratio * seg->half_accel,
-    };
-
-    if (ratio == 0. || trapseg_is_rest(seg))
-        return 0;
-    return itersolve_emit_quadratic(&k->is, &q, time - seg->time,
-                                    end - seg->time);
-}
-
-/* Half the window at a time, and until when that is so.  While the window
- * holds segments of two settings the longer one serves both, so that a change
- * comes gradually. */
-static double
-get_half(const struct kin_extruder *k, double time, double *until)
-{
-    double half = 0., reach = k->is.scan_post;
-
-    for (int i = 0; i < k->n_settings; i++) {
-        const struct advance_setting *s = &k->settings[i];
-        double from = i ? s->print_time - reach : -INFINITY;
-        double to = i + 1 < k->n_settings ? s[1].print_time + reach : INFINITY;
-        if (from > time)
-            *until = fmin(*until, from);
-        else if (to > time) {
-            half = fmax(half, s->half_smooth);
-            *until = fmin(*until, to);
-        }
-    }
-    return half;
+    return polysolve_emit(&k->is, &q, end - time);
 }
 
 static int
@@ -258,23 +317,41 @@ emit_range(struct itersolve *is, double start, double end)
 
     while (time < end && !ret) {
         double until = end, half = get_half(k, time, &until);
-        if (half > 0.) {
-            ret = emit_window(k, &w, time, until, half, &until);
-        } else {
-            w.middle = trapq_find(is->tq, w.middle, time);
-            if (w.middle == is->tq->end)
-                break;
-            until = fmin(until, get_piece_end(is->tq, w.middle));
-            ret = emit_plain(k, &w, time, until);
-        }
+        if (half != k->half)
+            change_half(k, &w, time, half);
+        if (time < k->fading.end)
+            until = fmin(until, k->fading.end);
+        until = fmin(until, move_window(is->tq, &w, time, half));
+        if (until <= time)      /* rounding: the borders nearly meet */
+            until = fmin(nextafter(time, INFINITY), end);
+        ret = emit_window(k, &w, time, until);
         time = until;
     }
-    is->cursor = w.middle;
+    is->cursor = w.first;
     return ret;
 }
 
+static int
+check(const struct itersolve *is)
+{
+    const struct kin_extruder *k = (const struct kin_extruder *)is;
+    const struct advance_setting *s = k->settings;
+
+    if (k->n_settings < 1 || k->n_settings > KIN_EXTRUDER_SETTINGS)
+        return -20;
+    for (int i = 2; i < k->n_settings; i++)
+        if (s[i].print_time <= s[i - 1].print_time)
+            return -21;
+    for (int i = 0; i < k->n_settings; i++)
+        if (s[i].advance < 0. || s[i].half_smooth > k->is.scan_pre)
+            return -22;
+    if (!isfinite(k->fading.offset) || k->fading.end < k->fading.start)
+        return -23;
+    return 0;
+}
+
 static const struct itersolve_kind kind = {
-    .get_position = get_position, .emit_range = emit_range,
+    .get_position = get_position, .emit_range = emit_range, .check = check,
 };
 
 struct kin_extruder *

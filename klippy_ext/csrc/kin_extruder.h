@@ -16,24 +16,33 @@
 
 #include "itersolve.h"
 
-enum { KIN_EXTRUDER_SETTINGS = 16 };
+enum { KIN_EXTRUDER_SETTINGS = 512 };
 
 struct advance_setting {
     double print_time;          /* for segments that begin from here on */
     double advance, half_smooth;        /* s */
 };
 
+/* An offset that goes to 0 in even steps until a time; mm, print_time. */
+struct fading {
+    double offset, start, end;
+};
+
 struct kin_extruder {
     struct itersolve is;        /* first */
     int n_settings;
     struct advance_setting settings[KIN_EXTRUDER_SETTINGS];
+    double half;                /* half the window at is.done_time, s */
+    struct fading fading;
 };
 
 /* As kin_linear_new(). */
 struct kin_extruder *kin_extruder_new(void);
 
-/* From print_time on; what was set for later times is dropped.  Returns 0 or
- * -EINVAL (negative or not finite). */
+/* From print_time (the start of a move) on; what was set for later times is
+ * dropped.  If there are too many for the moves whose steps are still to be
+ * made, the oldest is forgotten.  Returns 0 or -EINVAL (negative or not
+ * finite). */
 int kin_extruder_set_advance(struct kin_extruder *k, double print_time,
                              double advance, double smooth_time);
 

@@ -7,6 +7,9 @@
 
 enum { PROBES = 4 };
 
+/* The tracks beside it must fit a message, too. */
+#define ADD_MAX 32766.
+
 /* A run is stretched beyond its best length if that gives this much more. */
 #define STRETCH 1.25
 
@@ -59,7 +62,7 @@ draw_curve(const struct runfit *f, int64_t n, struct curve *c)
         return 1;
     add = 2. * (end - (double)get_wanted(f, middle) / (double)middle)
         / (double)(n - middle);
-    if (!(fabs(add) < 32767.))
+    if (!(fabs(add) < ADD_MAX))
         return 0;
     c->add = (int64_t)floor(add + .5);
     rest = end - .5 * (double)(c->add * (n - 1));
@@ -296,6 +299,18 @@ finish_tracks(struct runfit *f, struct steprun *run)
     f->n_tracks = 0;
 }
 
+/* The earliest clock, from the start, of the tracked run's first step. */
+static int64_t
+get_first(const struct runfit *f)
+{
+    int64_t first = f->tracks[0].interval_lo;
+
+    for (int i = 1; i < f->n_tracks; i++)
+        if (f->tracks[i].interval_lo < first)
+            first = f->tracks[i].interval_lo;
+    return first;
+}
+
 /* ---- Giving out ---- */
 
 static void
@@ -356,7 +371,7 @@ runfit_take_before(struct runfit *f, int64_t limit, struct steprun *run)
     int64_t n;
 
     if (f->n_tracks) {
-        if (f->start + f->tracks[0].interval_lo >= limit)
+        if (f->start + get_first(f) >= limit)
             return 0;
         extend_tracks(f);
         finish_tracks(f, run);

@@ -166,10 +166,12 @@ emit_before(struct stepcompress *sc, int64_t clock)
 static int
 emit_far(struct stepcompress *sc, int64_t clock)
 {
-    struct steprun run = {
-        .start = clock - (uint32_t)(clock - sc->fit.start), .end = clock,
-        .interval = (uint32_t)(clock - sc->fit.start), .count = 1,
-    };
+    struct steprun run = { .count = 1 };
+
+    clock -= (uint32_t)(clock - sc->fit.start) == 0;    /* 0 is no interval */
+    run.interval = (uint32_t)(clock - sc->fit.start);
+    run.start = clock - run.interval;
+    run.end = clock;
 
     runfit_reset(&sc->fit, clock);
     return emit_run(sc, &run, clock);
@@ -401,7 +403,14 @@ stepcompress_get_counts(const struct stepcompress *sc, uint64_t *n_steps,
 int
 stepcompress_check(const struct stepcompress *sc)
 {
+    const struct runfit *f = &sc->fit;
+    int64_t windows = f->end - f->first + (f->n_tracks ? f->n_tracked : 0);
+
     if (sc->held_dir && sc->held_clock <= sc->before_clock)
         return -10;
-    return runfit_check(&sc->fit);
+    if (sc->pending != windows * sc->run_dir + sc->held_dir)
+        return -11;
+    if (stephist_check(&sc->history, sc->position))
+        return -12;
+    return runfit_check(f);
 }

@@ -114,3 +114,22 @@ stephist_forget(struct stephist *h, int64_t clock)
     if (size > RING_MIN && h->end - h->oldest < size / 8)
         (void)resize(h, size / 2);      /* no memory: stays as it is */
 }
+
+int
+stephist_check(const struct stephist *h, int64_t newest_position)
+{
+    if (h->oldest > h->end || h->end - h->oldest > h->mask + 1)
+        return -1;
+    for (uint64_t i = h->oldest; i < h->end; i++) {
+        const struct stephistory *e = get(h, i);
+        int is_last = i + 1 == h->end;
+        int64_t after = e->start_position + e->count;
+        if (e->last_clock < e->first_clock)
+            return -2;
+        if (is_last ? after != newest_position
+                    : get(h, i + 1)->count
+                      && after != get(h, i + 1)->start_position)
+            return -3;
+    }
+    return 0;
+}

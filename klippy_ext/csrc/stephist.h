@@ -24,5 +24,7 @@ int64_t stephist_find_position(const struct stephist *h, int64_t clock,
 int stephist_extract(const struct stephist *h, struct stephistory *out,
                      int max, int64_t start, int64_t end);
 void stephist_forget(struct stephist *h, int64_t clock);
+/* 0, or a negative number that says which invariant does not hold. */
+int stephist_check(const struct stephist *h, int64_t newest_position);
 
 #endif

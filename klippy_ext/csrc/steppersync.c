@@ -165,7 +165,10 @@ steppersync_check(const struct steppersync *ss)
         if (ss->cells[i] < ss->cells[(i - 1) / 2])
             return -1;
     for (int i = 0; i < ss->n_members; i++) {
-        int ret = stepcompress_check(ss->members[i].sc);
+        const struct member *m = &ss->members[i];
+        int ret = stepcompress_check(m->sc);
+        if (!ret && m->is)
+            ret = itersolve_check(m->is);
         if (ret)
             return ret;
     }
