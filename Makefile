@@ -1,4 +1,112 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-.DEFAULT_GOAL := firmware
+# Everything a person does with this project, one target each: see `make help`.
+
+SHELL := /bin/bash
+VENV ?= .venv
+PYTHON3 ?= python3
+PY := $(VENV)/bin/python
+PIP := $(PY) -m pip --disable-pip-version-check -q
+export PYTHON ?= $(abspath $(PY))
+
+SPEED ?=
+JOB ?=
+CONFIG ?=
+REPORT ?= report
+API ?= /tmp/klippy_uds
+TESTS ?= test
+
+# As people are used to: with a configuration there, plain `make` builds firmware
+.DEFAULT_GOAL := $(if $(wildcard .config),firmware,help)
+
+##@ Use
+.PHONY: help
+help: ## Show this list
+	@awk 'BEGIN {FS = ":.*## "} \
+	  /^##@/ {printf "\n%s\n", substr($$0, 5)} \
+	  /^[a-zA-Z0-9_.-]+:.*## / {printf "  %-16s %s\n", $$1, $$2}' \
+	  $(MAKEFILE_LIST)
+	@echo
+	@echo "Variables: SPEED=1 (run in real time, then serve API=$(API)), CONFIG= JOB= (of run), TESTS=path (of test)"
+
+.PHONY: run
+run: setup-run host simulator ## Print a sliced file on the simulated machine
+	$(PY) -m klippy demo --report $(REPORT) \
+	  $(if $(SPEED),--speed $(SPEED) --api-server $(API)) \
+	  $(if $(CONFIG),--config $(CONFIG)) $(JOB)
+
+.PHONY: check
+check: host simulator ## Check a printer.cfg: make check CONFIG=printer.cfg
+	$(PY) -m klippy check $(CONFIG)
+
+##@ Develop
+.PHONY: test
+test: setup-test host simulator ## Run the whole test suite, installing what it needs
+	KLIPPY_PURE=1 $(PY) -m pytest test/unit -p no:cacheprovider
+	$(PY) -m pytest $(TESTS)
+
+.PHONY: lint
+lint: setup-lint ## Check style: ruff, cython-lint
+	$(PY) -m ruff check klippy klippy_ext scripts test setup.py
+	$(VENV)/bin/cython-lint klippy_ext klippy
+
+.PHONY: bench
+bench: setup-test host simulator ## Measure speed: moves/s, ns a step, instructions
+	$(PY) -m pytest test/bench -o norecursedirs= --benchmark-columns=min,median,rounds
+
+.PHONY: fuzz
+fuzz: setup-test host ## Fuzz the parsers: make fuzz FUZZ_SECONDS=600
+	FUZZ_SECONDS=$(or $(FUZZ_SECONDS),60) $(PY) -m pytest test/c -k fuzz
+
+##@ Build
+.PHONY: host
+host: $(VENV)/stamp-run ## Compile the host software in place
+	$(PY) setup.py -q build_ext --inplace
+
+.PHONY: simulator
+simulator: $(VENV)/stamp-run ## Build the simulator firmware
+	$(MAKE) --no-print-directory firmware OUT=out-simulator/ \
+	  KCONFIG_CONFIG=test/configs/simulator.config
+
+.PHONY: wheel
+wheel: $(VENV)/stamp-run ## Build an installable wheel into dist/
+	$(PIP) install build
+	$(PY) -m build --wheel --outdir dist .
+
+$(VENV)/bin/python:
+	PYTHON=$(PYTHON3) sh scripts/system_packages.sh run
+	$(PYTHON3) -m venv $(VENV)
+
+$(VENV)/stamp-run: $(VENV)/bin/python pyproject.toml
+	$(PIP) install "setuptools>=77" "cython>=3.1" "kconfiglib>=14.1" \
+	  "greenlet>=3.0" "jinja2>=3.1" "pyserial>=3.5" \
+	  "numpy>=1.26" "matplotlib>=3.8"
+	touch $@
+
+$(VENV)/stamp-test: $(VENV)/stamp-run
+	$(PIP) install "pytest>=8" "pytest-benchmark>=5" "hypothesis>=6.100" \
+	  "cffi>=1.16" build
+	touch $@
+
+$(VENV)/stamp-lint: $(VENV)/bin/python
+	$(PIP) install "ruff>=0.8" "cython-lint>=0.16"
+	touch $@
+
+.PHONY: setup-run setup-test setup-lint
+setup-run: $(VENV)/stamp-run
+setup-test: $(VENV)/stamp-test
+	PYTHON=$(PYTHON3) sh scripts/system_packages.sh test
+setup-lint: $(VENV)/stamp-lint
 
 include src/firmware.mk
+
+##@ Tidy
+.PHONY: clean
+clean: ## Remove what builds made, keep the configuration and the venv
+	rm -rf build out out-* dist report *.egg-info .pytest_cache .hypothesis \
+	  .ruff_cache .benchmarks
+	find klippy klippy_ext test -name '*.so' -delete
+	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +
+
+.PHONY: distclean
+distclean: clean ## Remove everything that is not under version control
+	rm -rf $(VENV) .config .config.old

@@ -77,8 +77,22 @@ class BuildExt(build_ext):
             target = pathlib.Path(self.build_lib) / "klippy_ext" / LIBRARY
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(library, target)
+            self.add_simulator(pathlib.Path(self.build_lib) / "klippy/simulator")
         else:
             shutil.copy2(library, ROOT / "klippy_ext" / LIBRARY)
+
+    def add_simulator(self, folder):
+        """Put the simulator's firmware and the samples into the package."""
+        out = pathlib.Path(self.build_temp).resolve() / "simulator"
+        subprocess.check_call(
+            ["make", "--no-print-directory", "firmware", "OUT=%s/" % (out,),
+             "KCONFIG_CONFIG=test/configs/simulator.config",
+             "PYTHON=" + sys.executable])
+        (folder / "firmware").mkdir(parents=True, exist_ok=True)
+        shutil.copy2(out / "klipper.so", folder / "firmware")
+        samples = folder / "samples"
+        shutil.rmtree(samples, ignore_errors=True)
+        shutil.copytree(ROOT / "config", samples)
 
     def build_library(self):
         temp = pathlib.Path(self.build_temp) / "csrc"
@@ -134,7 +148,6 @@ if __name__ == "__main__":
         packages=find_namespace_packages(
             include=["klippy", "klippy.*", "klippy_ext", "klippy_ext.*"],
             exclude=["klippy_ext.csrc*"]),
-        package_data={"": ["*.pxd", "*.html", "*.cfg", "*.so", "*.dict"],
-                      "klippy_ext": ["*.pxd", LIBRARY]},
+        package_data={"": ["*.pxd"]},
         ext_modules=cythonized() if len(sys.argv) > 1 else [],
         cmdclass={"build_ext": BuildExt}, zip_safe=False)

@@ -22,7 +22,8 @@ EVENTS = {
     "klippy:ready": Event("everything is connected; handlers must not raise"),
     "klippy:shutdown": Event("the printer stops at once; handlers must not raise"),
     "klippy:disconnect": Event("the host ends or restarts; close files and links"),
-    "klippy:firmware_restart": Event("the host ends to restart the mcus, before klippy:disconnect"),
+    "klippy:firmware_restart": Event(
+        "the host ends to restart the mcus, before klippy:disconnect"),
     "klippy:analyze_shutdown": Event(
         "after shutdown: log what led to it",
         ("message: str", "details: dict")),

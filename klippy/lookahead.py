@@ -95,7 +95,8 @@ class Move(TrapMove):
         self.accel = limits.max_accel
         gentle = limits.gentle_accel
         if not self.is_kinematic_move:
-            self.end_x, self.end_y, self.end_z = self.start_x, self.start_y, self.start_z
+            self.end_x, self.end_y = self.start_x, self.start_y
+            self.end_z = self.start_z
             self.d_x = self.d_y = self.d_z = 0.
             self.move_d = fabs(self.d_e)
             if self.extra is not None:

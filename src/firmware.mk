@@ -10,6 +10,7 @@ KCONFIG = KCONFIG_CONFIG=$(KCONFIG_CONFIG) $(PYTHON) scripts/kconfig.py
 FIRMWARE_MAKE = $(MAKE) --no-print-directory -f src/build.mk \
   OUT=$(patsubst %/,%,$(OUT))/ PYTHON=$(PYTHON) KCONFIG_CONFIG=$(KCONFIG_CONFIG)
 
+##@ Firmware
 .PHONY: menuconfig
 menuconfig: ## Choose the micro-controller and features of the firmware
 	@$(KCONFIG) menuconfig

@@ -51,7 +51,8 @@ def test_enumeration_ranges_are_expanded():
 
 def test_command_text_round_trip():
     parser = make_parser()
-    text = "config_stepper oid=3 step_pin=PA3 dir_pin=7 invert_step=1 step_pulse_ticks=99"
+    text = ("config_stepper oid=3 step_pin=PA3 dir_pin=7 invert_step=1"
+            " step_pulse_ticks=99")
     data = parser.create_command(text)
     assert data == bytes((7, 3, 3, 7, 1)) + msgblock.encode_int(99)
     assert parser.dump_payload(data) == [text.replace("dir_pin=7", "dir_pin=PA7")]

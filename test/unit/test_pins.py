@@ -42,7 +42,8 @@ def make_pins(sections=None):
                                           ("mcu", "gpiochip1/gpio3", 1, 0))])
 def test_parse(text, expected):
     params = make_pins().parse_pin(text, can_invert=True, can_pullup=True)
-    assert tuple(params[k] for k in ("chip_name", "pin", "invert", "pullup")) == expected
+    found = tuple(params[k] for k in ("chip_name", "pin", "invert", "pullup"))
+    assert found == expected
 
 
 @pytest.mark.parametrize("text,match", [
