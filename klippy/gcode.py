@@ -11,11 +11,10 @@ import os
 import re
 import traceback
 
-from klippy_ext.gscan import MoveScan
-
 from klippy import gcode_builtin
 from klippy.errors import CommandError, PrinterError
 from klippy.gcode_command import REQUIRED, Coord, GCodeCommand, is_classic
+from klippy_ext.gscan import MoveScan
 
 __all__ = ["Coord", "GCodeCommand", "GCodeDispatch", "LineRunner", "MoveSink",
            "ScriptMutex", "CommandError", "get", "setup"]

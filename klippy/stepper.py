@@ -9,18 +9,17 @@ docs/internals/stepper.md.
 
 import math
 
+from klippy import pins
+from klippy.chelper import get_ffi
+from klippy.errors import ConfigError
+from klippy.rail import HomingInfo, Rail, iterate_family
+from klippy.stepperconfig import parse_gear_ratio, parse_step_distance
 from klippy_ext.itersolve import StepperKinematics
 from klippy_ext.kin_delta import DeltaKinematics
 from klippy_ext.kin_extruder import ExtruderKinematics
 from klippy_ext.kin_linear import LinearKinematics
 from klippy_ext.stepcompress import StepCompress
 from klippy_ext.trapq import TrapQ
-
-from klippy import pins
-from klippy.chelper import get_ffi
-from klippy.errors import ConfigError
-from klippy.rail import HomingInfo, Rail, iterate_family
-from klippy.stepperconfig import parse_gear_ratio, parse_step_distance
 
 __all__ = ["GenericPrinterRail", "HomingInfo", "LookupMultiRail", "LookupRail",
            "MCU_stepper", "PrinterRail", "PrinterStepper", "parse_gear_ratio",

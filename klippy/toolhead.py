@@ -10,7 +10,6 @@ import math
 
 import cython
 
-from klippy import motionqueue
 from klippy.errors import CommandError, ConfigError
 from klippy.gcode_command import Coord
 from klippy.lookahead import LookAheadQueue, MotionLimits, Move

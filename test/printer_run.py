@@ -4,14 +4,13 @@
 import dataclasses
 import pathlib
 
-from klippy_ext.vworld import VirtualWorld
-
 from klippy import plugins
 from klippy.errors import PrinterError
 from klippy.printer import Printer
 from klippy.reactor import Reactor
 from klippy.simulator import session
 from klippy.simulator.machine import SimMachine
+from klippy_ext.vworld import VirtualWorld
 
 START_TIMEOUT = 60.
 

@@ -4,12 +4,11 @@
 import logging
 import sys
 
-from klippy_ext.vworld import VirtualWorld
-
 from klippy import plugins
 from klippy.errors import ConfigError, ConfigErrors
 from klippy.printer import Printer
 from klippy.reactor import Reactor
+from klippy_ext.vworld import VirtualWorld
 
 HELP = "load a printer.cfg without hardware and print all errors"
 

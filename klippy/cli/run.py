@@ -12,14 +12,13 @@ import pkgutil
 import signal
 import sys
 
-from klippy_ext.hostclock import RealClock
-from klippy_ext.vworld import VirtualWorld
-
 import klippy.extras
 from klippy import gcode_io, plugins, queuelogger, sysinfo
 from klippy.errors import PrinterError
 from klippy.printer import Printer
 from klippy.reactor import Reactor
+from klippy_ext.hostclock import RealClock
+from klippy_ext.vworld import VirtualWorld
 
 HELP = "the daemon that drives a printer; with -i and -o a batch run"
 DEFAULT_TTY = "/tmp/printer"

@@ -4,11 +4,10 @@
 A kind is a table of the weights, one row a rail; all else follows from it.
 """
 
-from klippy_ext.kin_linear import LinearKinematics
-
 from klippy import stepper
 from klippy.kinematics.limits import AXES, MoveLimits, list_axes
 from klippy.mathutil import matrix_cross, matrix_dot
+from klippy_ext.kin_linear import LinearKinematics
 
 # A homing move is so much longer than the range
 HOMING_MARGIN = 1.5

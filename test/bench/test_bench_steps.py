@@ -10,6 +10,7 @@ import random
 import sys
 
 import pytest
+
 from klippy_ext.kin_delta import DeltaKinematics
 from klippy_ext.kin_extruder import ExtruderKinematics
 from klippy_ext.kin_linear import LinearKinematics

@@ -6,6 +6,7 @@ import re
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from klippy_ext.gscan import MoveScan
 
 WORD = re.compile(r"[ \t\r]*([XYZEFxyzef])[ \t\r]*([-+]?(?:\d+\.?\d*|\.\d+))")

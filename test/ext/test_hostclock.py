@@ -4,6 +4,7 @@
 import time
 
 import pytest
+
 from klippy_ext.hostclock import HostClock, RealClock
 from klippy_ext.vworld import VirtualWorld
 

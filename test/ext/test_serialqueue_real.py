@@ -9,10 +9,11 @@ import threading
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from linkpeers import SlowPeer, slow_block
+
 from klippy_ext.hostclock import RealClock
 from klippy_ext.msgblock import split_blocks
 from klippy_ext.serialqueue import CommandQueue, SerialQueue
-from linkpeers import SlowPeer, slow_block
 
 
 @pytest.fixture

@@ -4,9 +4,10 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from linkpeers import EchoMcu, build_echo, slow_int
+
 from klippy_ext.msgblock import split_blocks
 from klippy_ext.vworld import VirtualWorld
-from linkpeers import EchoMcu, build_echo, slow_int
 
 FREQ = 1000000
 

@@ -6,15 +6,15 @@ import pathlib
 import socket
 
 import pytest
-from klippy_ext.hostclock import RealClock
-from klippy_ext.serialqueue import CommandQueue, SerialQueue
-from klippy_ext.trdispatch import TrDispatch
-from klippy_ext.vworld import VirtualWorld
 from linkpeers import SlowPeer, read_ints, slow_int
 
 import klippy_ext
 from klippy.msgproto import MessageParser
 from klippy.simulator import firmware
+from klippy_ext.hostclock import RealClock
+from klippy_ext.serialqueue import CommandQueue, SerialQueue
+from klippy_ext.trdispatch import TrDispatch
+from klippy_ext.vworld import VirtualWorld
 
 TIMEOUT_TAG, TRIGGER_TAG, STATE_TAG = 130, 40, 61
 FREQS = (16e6, 20e6)

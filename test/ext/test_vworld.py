@@ -5,9 +5,10 @@ import gc
 import struct
 
 import pytest
+from linkpeers import EchoMcu, build_echo, slow_block
+
 from klippy_ext.serialqueue import SerialQueue
 from klippy_ext.vworld import VirtualWorld
-from linkpeers import EchoMcu, build_echo, slow_block
 
 
 @pytest.fixture(scope="module")

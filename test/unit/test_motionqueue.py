@@ -4,11 +4,11 @@
 import math
 
 import pytest
+
+from klippy.motionqueue import MotionQueue, get
 from klippy_ext.kin_extruder import ExtruderKinematics
 from klippy_ext.kin_linear import LinearKinematics
 from klippy_ext.trapq import TrapMove
-
-from klippy.motionqueue import MotionQueue, get
 
 LEAD = 0.30
 

@@ -8,12 +8,12 @@ import sys
 import types
 
 import pytest
-from klippy_ext.kin_linear import LinearKinematics
-from klippy_ext.trapq import TrapQ
 
 from klippy import chelper, stepper
 from klippy import printer as printer_module
 from klippy.errors import ConfigError
+from klippy_ext.kin_linear import LinearKinematics
+from klippy_ext.trapq import TrapQ
 
 UNIT = pathlib.Path(__file__).resolve().parent
 for folder in (UNIT / "simulator", UNIT / "extras" / "home"):

@@ -3,6 +3,7 @@
 
 import math
 
+from klippy.errors import CommandError
 from klippy.extras.homing_move import (
     ENDSTOP_SAMPLE_COUNT,
     ENDSTOP_SAMPLE_TIME,
@@ -10,8 +11,6 @@ from klippy.extras.homing_move import (
     HomingMove,
     StepperPosition,
 )
-
-from klippy.errors import CommandError
 
 __all__ = ["ENDSTOP_SAMPLE_COUNT", "ENDSTOP_SAMPLE_TIME", "HOMING_START_DELAY",
            "Homing", "HomingMove", "PrinterHoming", "StepperPosition"]

@@ -8,9 +8,8 @@ passes through cmd_G1().  See docs/internals/gcode_move.md.
 import logging
 import math
 
-from klippy.extras.gcode_position import PositionCommands
-
 from klippy.errors import CommandError
+from klippy.extras.gcode_position import PositionCommands
 from klippy.gcode import Coord, MoveSink
 from klippy.toolhead import ToolHead
 

@@ -7,7 +7,6 @@ Everything is told when it happens on the mcu, not when it is planned.
 import logging
 
 from klippy.extras.dump_stream import DumpStream
-
 from klippy.gcode_command import Coord
 
 STEP_HEADER = ("interval", "count", "add")

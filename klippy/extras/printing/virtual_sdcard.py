@@ -8,9 +8,8 @@ as soon as somebody else waits for it.  A pause takes effect between two lines.
 import logging
 import os
 
-from klippy.extras.sd_stream import BlockReader, SdStream
-
 from klippy.errors import PrinterError
+from klippy.extras.sd_stream import BlockReader, SdStream
 
 EXTENSIONS = ("gcode", "g", "gco")
 DEFAULT_ERROR_GCODE = """

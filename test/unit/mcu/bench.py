@@ -4,12 +4,11 @@
 import sys
 import types
 
-from klippy_ext.vworld import VirtualWorld
-
 from klippy import printer as printer_module
 from klippy.printer import Printer
 from klippy.reactor import Reactor
 from klippy.simulator import firmware
+from klippy_ext.vworld import VirtualWorld
 
 MAIN_CONFIG = "[mcu]\nserial: /dev/none\n"
 OBJECTS_MODULE = "bench_objects"

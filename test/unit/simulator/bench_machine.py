@@ -7,13 +7,12 @@ has that clock and no more, so that a fault of theirs shows alone.
 import sys
 import types
 
-from klippy_ext.vworld import VirtualWorld
-
 from klippy import printer as printer_module
 from klippy.configtext import ConfigReader
 from klippy.printer import Printer
 from klippy.reactor import Reactor
 from klippy.simulator.machine import SimMachine
+from klippy_ext.vworld import VirtualWorld
 
 MODULE = "bench_motion"
 

@@ -3,9 +3,9 @@
 
 import front_end
 import pytest
-from klippy.extras.homing import Homing, HomingMove, PrinterHoming
 
 from klippy.errors import CommandError, McuError
+from klippy.extras.homing import Homing, HomingMove, PrinterHoming
 
 STEP = 0.01
 
