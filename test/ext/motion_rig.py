@@ -5,11 +5,11 @@ import pathlib
 import sys
 
 import numpy as np
+
+from klippy_ext import msgblock
 from klippy_ext.stepcompress import StepCompress
 from klippy_ext.steppersync import MessageStore, StepperSync
 from klippy_ext.trapq import TrapMove, TrapQ
-
-from klippy_ext import msgblock
 
 ROOT = str(pathlib.Path(__file__).resolve().parent.parent)
 if ROOT not in sys.path:

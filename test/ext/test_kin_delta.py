@@ -6,9 +6,10 @@ import math
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from klippy_ext.kin_delta import DeltaKinematics
 from motion_moves import journeys, travel
 from motion_rig import Rig, make_move
+
+from klippy_ext.kin_delta import DeltaKinematics
 
 ARM = 250.0
 TOWERS = [(130.0 * math.cos(a), 130.0 * math.sin(a))

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from klippy_ext.kin_extruder import ExtruderKinematics
 from motion_moves import journeys, travel
 from motion_rig import Rig, make_move
+
+from klippy_ext.kin_extruder import ExtruderKinematics
 
 STEP = 0.01
 

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from klippy_ext.kin_linear import LinearKinematics
 from motion_moves import journeys, travel
 from motion_rig import Rig, make_move
+
+from klippy_ext.kin_linear import LinearKinematics
 
 ROWS = [(1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 1.0, 0.0), (1.0, -1.0, 0.0),
         (1.0, 0.0, 3.0), (-0.4, 0.7, 1.9)]

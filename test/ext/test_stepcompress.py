@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from motion_rig import QUEUE_STEP, SET_DIR, decode, run_firmware
+
 from klippy_ext.stepcompress import StepCompress
 from klippy_ext.steppersync import MessageStore, StepperSync
-from motion_rig import QUEUE_STEP, SET_DIR, decode, run_firmware
 
 FREQ, ERROR = 1e6, 25
 
