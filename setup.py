@@ -148,6 +148,6 @@ if __name__ == "__main__":
         packages=find_namespace_packages(
             include=["klippy", "klippy.*", "klippy_ext", "klippy_ext.*"],
             exclude=["klippy_ext.csrc*"]),
-        package_data={"": ["*.pxd"]},
+        package_data={"": ["*.pxd"]}, include_package_data=False,
         ext_modules=cythonized() if len(sys.argv) > 1 else [],
         cmdclass={"build_ext": BuildExt}, zip_safe=False)

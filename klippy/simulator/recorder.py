@@ -2,7 +2,7 @@
 """Samples of a simulated print for the report, thinned out as they grow."""
 from array import array
 
-PATH_PERIOD = 0.05
+PATH_PERIOD = 0.02
 STATE_PERIOD = 0.5
 # A series longer than this loses every second sample.
 MAX_PATH = 200000

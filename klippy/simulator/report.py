@@ -17,16 +17,16 @@ img { width: 100%; height: auto; border: 1px solid #dde2ea; }
 
 
 def load_plotting():
-    """(numpy, pyplot); PrinterError that tells how to get them."""
+    """(numpy, pyplot, collections); PrinterError that tells how to get them."""
     try:
         import matplotlib
         import numpy
         matplotlib.use("Agg")
-        from matplotlib import pyplot
+        from matplotlib import collections, pyplot
     except ImportError as e:
         raise PrinterError("The report needs numpy and matplotlib: run"
                            " pip install 'klippy-host[plots]' (%s)" % e) from e
-    return numpy, pyplot
+    return numpy, pyplot, collections
 
 
 class ReportWriter:
@@ -35,7 +35,7 @@ class ReportWriter:
     def __init__(self, folder, recorder):
         self.folder = pathlib.Path(folder)
         self.recorder = recorder
-        self.np, self.plt = load_plotting()
+        self.np, self.plt, self.collections = load_plotting()
         self.path = {n: self.np.asarray(c)
                      for n, c in recorder.path.columns.items()}
         self.state = {n: self.np.asarray(c)
@@ -78,12 +78,17 @@ class ReportWriter:
         figure, axes = self._make_axes("y (mm)", "x (mm)")
         figure.set_size_inches(WIDTH, 0.8 * WIDTH)
         keep = self._find_extruding()
-        points = axes.scatter(self.path["x"][keep], self.path["y"][keep], s=1.5,
-                              c=self.path["z"][keep], cmap="viridis",
-                              linewidths=0)
+        np = self.np
+        points = np.column_stack((self.path["x"], self.path["y"]))
+        segments = np.stack((points[:-1], points[1:]), axis=1)[keep[1:]]
+        lines = self.collections.LineCollection(
+            segments, linewidths=0.5, cmap="viridis", alpha=0.8)
+        lines.set_array(self.path["z"][1:][keep[1:]])
+        axes.add_collection(lines)
+        axes.autoscale()
         axes.set_aspect("equal", "datalim")
-        if keep.any():
-            figure.colorbar(points, label="z (mm)", shrink=0.7)
+        if len(segments):
+            figure.colorbar(lines, label="z (mm)", shrink=0.7)
         return figure
 
     def _find_extruding(self):
