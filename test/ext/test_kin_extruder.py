@@ -46,26 +46,105 @@ def test_moves_without_flag_are_not_led():
     assert np.any(led.steps()[1] < 0) and not np.any(plain.steps()[1] < 0)
 
 
-def test_advance_from_a_time_on():
-    rig = make_rig(0.05, 0.04)
-    rig.kinematics[0].set_pressure_advance(3.0, 0.0, 0.04)
-    t, position = rig.add(1.0, make_move(0.1, 0.3, 0.1, rig.start, (1, 1, 0), 0.0, 5.0,
-                                         50.0))
-    split = t + 0.5
-    assert split < 3.0
-    t, position = rig.add(3.0, make_move(0.1, 0.3, 0.1, position, (1, 1, 0), 0.0, 5.0,
-                                         50.0))
-    rig.run(t + 0.5)
+def faded(path_of, changes):
+    """Position with windows that change: [(time, smooth_time before, after)].
 
-    def exact(path, times):
-        return np.where(times < 2.9, path.extruder(np.minimum(times, 2.9), 0.05, 0.04),
-                        path.extruder(times))
-    # the old window still serves while it holds moves of the old setting: the
-    # first step at 25 mm/s^2 is 2.6 ms early by that
-    rig.check(exact, tolerance=3e-3)
-    clocks, directions = rig.steps()
-    after = clocks / rig.freq > 3.05
-    assert np.all(directions[after] > 0)
+    path_of(smooth_time)(t) is the average over one window alone.
+    """
+    def exact(t):
+        value, offset, until, smooth = path_of(changes[0][1])(t), 0.0, 0.0, 0.0
+        for at, before, after in changes:
+            kept = offset * max(until - at, 0.0) / smooth if smooth else 0.0
+            there = np.array([at])
+            offset = kept + (path_of(before)(there) - path_of(after)(there))[0]
+            smooth = 0.5 * max(before, after)
+            until = at + smooth
+            fade = offset * np.clip(until - t, 0.0, None) / smooth
+            value = np.where(t < at, value, path_of(after)(t) + fade)
+        return value
+    return exact
+
+
+def check_changes(rig, advances, changes):
+    """advances: {start of a move: advance}; all pieces have flags of 1."""
+    starts = sorted(advances)
+    rig.pieces = [(*p[:-1], advances[max(s for s in starts if s <= p[0] + 1e-9)])
+                  for p in rig.pieces]
+
+    def exact(path, t):
+        return faded(lambda smooth: lambda at: path.extruder(
+            at, 1.0 if smooth else 0.0, smooth), changes)(t)
+    return rig.check(exact)
+
+
+def add_four_moves(rig):
+    """Forth and back without a rest, at speeds that jump; their starts."""
+    t, position, starts = 1.0, rig.start, []
+    for way, v in ((1, 4.0), (1, 6.0), (-1, 3.0), (1, 5.0)):
+        starts.append(t)
+        t, position = rig.add(t, make_move(0.05, 0.2, 0.05, position, (way, 1, 0),
+                                           0.5 * v, v, 10.0 * v))
+    return [*starts, t]
+
+
+@pytest.mark.parametrize("ahead", [0.06, 0.2, 5.0])
+def test_window_grows_and_shrinks_while_it_moves(ahead):
+    rig = make_rig(0.02, 0.04)
+    starts = add_four_moves(rig)
+    kin = rig.kinematics[0]
+    kin.set_pressure_advance(starts[1], 0.05, 0.1)
+    kin.set_pressure_advance(starts[3], 0.08, 0.02)
+    assert kin.scan_window() == (0.05, 0.05)
+    rig.run(starts[-1] + 0.5, ahead=ahead)
+    kin.check()
+    check_changes(rig, {starts[0]: 0.02, starts[1]: 0.05, starts[3]: 0.08},
+                  [(starts[1] - 0.05, 0.04, 0.1), (starts[3] + 0.05, 0.1, 0.02)])
+
+
+def test_advance_turned_on_and_off_while_it_moves():
+    rig = make_rig(0.0, 0.0)
+    starts = add_four_moves(rig)
+    kin = rig.kinematics[0]
+    kin.set_pressure_advance(starts[1], 0.05, 0.04)
+    kin.set_pressure_advance(starts[3], 0.0, 0.04)
+    rig.run(starts[-1] + 0.5)
+    check_changes(rig, {starts[0]: 0.0, starts[1]: 0.05, starts[3]: 0.0},
+                  [(starts[1] - 0.02, 0.0, 0.04), (starts[3] + 0.02, 0.04, 0.0)])
+
+
+def test_advance_changes_with_every_move():
+    """As slicers do that choose it for each feature; 100 a second, 20 s ahead."""
+    rig = make_rig(0.01, 0.04)
+    kin, t, position, advances = rig.kinematics[0], 1.0, rig.start, {0.0: 0.01}
+    draw = np.random.default_rng(5)
+    for i in range(400):
+        advance = 0.01 + 0.001 * float(draw.integers(0, 50))
+        kin.set_pressure_advance(t, advance, 0.04)
+        advances[t] = advance
+        t, position = rig.add(t, make_move(0.0, 0.01, 0.0, position, (1, 1, 0), 5.0, 5.0,
+                                           0.0))
+    kin.check()
+    rig.run(t + 0.5, ahead=0.05)
+    check_changes(rig, advances, [(0.0, 0.04, 0.04)])
+    # what is no longer needed makes room: this goes on for ever
+    for i in range(2000):
+        kin.set_pressure_advance(t + 0.01 * i, 0.01 + 0.001 * (i % 7), 0.04)
+        rig.tq.append(t + 0.01 * i, make_move(0.0, 0.01, 0.0, position, (1, 1, 0), 0.0,
+                                              0.0, 0.0))
+        kin.generate_steps(t + 0.01 * i - 2.0)
+        kin.check()
+
+
+def test_retract_and_unretract_at_speed():
+    rig = make_rig(0.05, 0.04)
+    t, position = 1.0, rig.start
+    for way, flag, v in ((1, 1.0, 5.0), (-1, 0.0, 40.0), (1, 0.0, 40.0), (1, 1.0, 5.0)):
+        move = make_move(0.02, 0.05, 0.02, position, (way, flag, 0), 0.0, v, 50.0 * v)
+        t, position = rig.add(t + 0.003, move)
+        rig.pieces[-3:] = [(*p[:-1], flag) for p in rig.pieces[-3:]]
+    rig.run(t + 0.5)
+    clocks, directions = rig.check(lambda path, at: path.extruder(at, 0.05, 0.04))
+    assert set(directions.tolist()) == {-1, 1}
 
 
 def test_change_while_moving_comes_gradually():
