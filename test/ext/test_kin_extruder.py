@@ -117,12 +117,12 @@ def test_advance_changes_with_every_move():
     rig = make_rig(0.01, 0.04)
     kin, t, position, advances = rig.kinematics[0], 1.0, rig.start, {0.0: 0.01}
     draw = np.random.default_rng(5)
-    for i in range(400):
+    for _ in range(400):
         advance = 0.01 + 0.001 * float(draw.integers(0, 50))
         kin.set_pressure_advance(t, advance, 0.04)
         advances[t] = advance
-        t, position = rig.add(t, make_move(0.0, 0.01, 0.0, position, (1, 1, 0), 5.0, 5.0,
-                                           0.0))
+        t, position = rig.add(t, make_move(0.0, 0.01, 0.0, position, (1, 1, 0), 5.0,
+                                           5.0, 0.0))
     kin.check()
     rig.run(t + 0.5, ahead=0.05)
     check_changes(rig, advances, [(0.0, 0.04, 0.04)])
