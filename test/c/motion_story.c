@@ -1,0 +1,271 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * A short print through the whole motion core, on a linear machine, a delta
+ * and an extruder, with homing in between.  Usage: motion_story [first last]:
+ * with numbers it is told again and again, and the N-th allocation fails.
+ * Built with malloc, calloc and realloc wrapped.
+ */
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "kin_delta.h"
+#include "kin_extruder.h"
+#include "kin_linear.h"
+#include "steppersync.h"
+
+enum { STEPPERS = 5, MOVES = 300, MOVE_COUNT = 20 };
+
+#define FREQ 16e6
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t n, size_t size);
+void *__real_realloc(void *p, size_t size);
+
+static long n_allocs, failing = -1;
+
+static int
+is_failing(void)
+{
+    return ++n_allocs == failing;
+}
+
+void *
+__wrap_malloc(size_t size)
+{
+    return is_failing() ? NULL : __real_malloc(size);
+}
+
+void *
+__wrap_calloc(size_t n, size_t size)
+{
+    return is_failing() ? NULL : __real_calloc(n, size);
+}
+
+void *
+__wrap_realloc(void *p, size_t size)
+{
+    return is_failing() ? NULL : __real_realloc(p, size);
+}
+
+static void
+expect(int is_true, const char *what)
+{
+    if (is_true)
+        return;
+    fprintf(stderr, "allocation %ld failed, then not: %s\n", failing, what);
+    exit(1);
+}
+
+struct machine {
+    struct trapq *tq;
+    struct stepcompress *sc[STEPPERS];
+    struct itersolve *is[STEPPERS];
+    struct steppersync *ss;
+    double time, position[3];
+    uint64_t messages;
+};
+
+static void
+count_messages(void *ctx, struct qfifo *batch)
+{
+    struct machine *m = ctx;
+    struct qmsg *msg;
+
+    while ((msg = qfifo_pop(batch)) != NULL) {
+        m->messages++;
+        qmsg_free(msg);
+    }
+}
+
+static void
+make_kinematics(struct machine *m)
+{
+    struct kin_linear *a = kin_linear_new(1., 1., 0.);
+    struct kin_linear *b = kin_linear_new(0., 0., 1.);
+    struct kin_delta *c = kin_delta_new(250. * 250., 130., 0.);
+    struct kin_delta *d = kin_delta_new(250. * 250., -65., 112.);
+    struct kin_extruder *e = kin_extruder_new();
+
+    m->is[0] = a ? &a->is : NULL;
+    m->is[1] = b ? &b->is : NULL;
+    m->is[2] = c ? &c->is : NULL;
+    m->is[3] = d ? &d->is : NULL;
+    m->is[4] = e ? &e->is : NULL;
+}
+
+/* Returns 0 or -ENOMEM; destroy() takes either. */
+static int
+build(struct machine *m)
+{
+    struct qsink sink = { m, count_messages };
+    struct stepcompress_options options = { 400, 5, 6, 0 };
+
+    m->tq = trapq_new();
+    m->ss = steppersync_new(&sink, MOVE_COUNT);
+    make_kinematics(m);
+    if (!m->tq || !m->ss)
+        return -ENOMEM;
+    steppersync_set_time(m->ss, 0., FREQ);
+    for (int i = 0; i < STEPPERS; i++) {
+        m->sc[i] = stepcompress_new((uint32_t)i);
+        if (!m->is[i] || !m->sc[i])
+            return -ENOMEM;
+        stepcompress_configure(m->sc[i], &options);
+        itersolve_set_trapq(m->is[i], m->tq);
+        itersolve_set_stepcompress(m->is[i], m->sc[i], .005);
+        itersolve_set_position(m->is[i], m->position);
+        if (steppersync_add(m->ss, m->sc[i], m->is[i]) != i)
+            return -ENOMEM;
+    }
+    return 0;
+}
+
+static void
+destroy(struct machine *m)
+{
+    steppersync_delete(m->ss);
+    for (int i = 0; i < STEPPERS; i++) {
+        stepcompress_delete(m->sc[i]);
+        free(m->is[i]);
+    }
+    trapq_delete(m->tq);
+}
+
+static void
+check(const struct machine *m)
+{
+    expect(!trapq_check(m->tq), "trapq holds");
+    expect(!steppersync_check(m->ss), "steppersync holds");
+}
+
+/* One move in direction number `i`; its speed swings. */
+static int
+add_move(struct machine *m, int i)
+{
+    double turn = 2.4 * i, v = 20. + 15. * sin(i), accel = 2000.;
+    struct trap_move move = {
+        .accel_t = .5 * v / accel, .cruise_t = .01, .decel_t = .5 * v / accel,
+        .axes_r = { .8 * cos(turn), .8 * sin(turn), i & 1 ? .6 : -.6 },
+        .start_v = .5 * v, .cruise_v = v, .accel = accel,
+    };
+    double way = v * move.cruise_t + 1.5 * v * move.accel_t;
+    int ret;
+
+    for (int k = 0; k < 3; k++) {
+        move.start[k] = m->position[k];
+        m->position[k] += way * move.axes_r[k];
+    }
+    ret = trapq_add(m->tq, m->time + (i % 7 ? 0. : .05), &move);
+    m->time = m->tq->end_time;
+    return ret;
+}
+
+static int
+make_steps(struct machine *m, double until)
+{
+    int ret = steppersync_generate(m->ss, until);
+    uint64_t clock = (uint64_t)(until * FREQ);
+
+    if (!ret)
+        ret = steppersync_flush(m->ss, clock,
+                                clock > 8000000 ? clock - 8000000 : 0);
+    trapq_finalize(m->tq, until - .2, until - 1.);
+    if (!ret)
+        check(m);
+    return ret;
+}
+
+static int
+print_moves(struct machine *m)
+{
+    int ret = 0;
+
+    for (int i = 0; i < MOVES && !ret; i++) {
+        ret = add_move(m, i);
+        if (!ret && i % 40 == 5)
+            ret = kin_extruder_set_advance((struct kin_extruder *)m->is[4],
+                                           m->time, .01 * (i % 3), .04);
+        if (!ret && i % 25 == 24)
+            ret = make_steps(m, m->time - .3);
+    }
+    return ret ? ret : make_steps(m, m->time + .3);
+}
+
+/* What happens at the end of a homing move. */
+static int
+home(struct machine *m)
+{
+    const double there[3] = { 3., 4., 5. };
+    static const uint8_t text[] = { 9, 9 };
+    int ret = trapq_set_position(m->tq, m->time + 1., there);
+
+    for (int i = 0; i < STEPPERS && !ret; i++) {
+        int64_t clock = (int64_t)((m->time + 1.) * FREQ);
+        ret = stepcompress_reset(m->sc[i], clock);
+        if (!ret)
+            ret = stepcompress_set_last_position(m->sc[i], clock, 1000);
+        if (!ret)
+            ret = stepcompress_add_message(m->sc[i], text, sizeof(text), 0);
+        itersolve_set_position(m->is[i], there);
+    }
+    for (int i = 0; i < 3; i++)
+        m->position[i] = there[i];
+    m->time += 1.5;
+    return ret;
+}
+
+static int
+look_back(const struct machine *m)
+{
+    struct trap_record records[8];
+    struct stephistory runs[8];
+    int count = trapq_extract(m->tq, records, 8, 0., 1e9);
+
+    for (int i = 0; i < STEPPERS; i++) {
+        count += stepcompress_extract(m->sc[i], runs, 8, 0, INT64_MAX);
+        count += stepcompress_find_position(m->sc[i], 0) == 12345;
+    }
+    return count;
+}
+
+static int
+tell(uint64_t *messages)
+{
+    struct machine m = { .position = { 1., 2., 3. }, .time = .5 };
+    int ret = build(&m);
+
+    ret = ret ? ret : print_moves(&m);
+    ret = ret ? ret : home(&m);
+    ret = ret ? ret : print_moves(&m);
+    if (!ret)
+        expect(look_back(&m) > 8, "there is a history");
+    *messages = m.messages;
+    destroy(&m);
+    return ret;
+}
+
+int
+main(int argc, char **argv)
+{
+    uint64_t whole, part;
+    long total, told = 0, step = argc > 1 ? atol(argv[1]) : 0;
+
+    expect(!tell(&whole), "no error");
+    total = n_allocs;
+    for (failing = 1; step && failing <= total; failing++) {
+        int ret;
+        /* the first ones build everything; later ones repeat themselves */
+        if (failing > 200 && failing % step)
+            continue;
+        n_allocs = 0;
+        ret = tell(&part);
+        expect(ret == -ENOMEM || (!ret && part == whole), "out of memory");
+        expect(part <= whole, "no more messages than in the whole story");
+        told++;
+    }
+    printf("%ld messages, %ld allocations, %ld made to fail\n", (long)whole,
+           total, told);
+    return 0;
+}
