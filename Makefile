@@ -47,7 +47,7 @@ test: setup-test host simulator ## Run the whole test suite, installing what it 
 .PHONY: lint
 lint: setup-lint ## Check style: ruff, cython-lint
 	$(PY) -m ruff check klippy klippy_ext scripts test setup.py
-	$(VENV)/bin/cython-lint klippy_ext klippy
+	PATH="$(abspath $(VENV))/bin:$$PATH" cython-lint klippy_ext klippy
 
 .PHONY: bench
 bench: setup-test host simulator ## Measure speed: moves/s, ns a step, instructions
