@@ -79,7 +79,10 @@ class BuildExt(build_ext):
             shutil.copy2(library, target)
             self.add_simulator(pathlib.Path(self.build_lib) / "klippy/simulator")
         else:
-            shutil.copy2(library, ROOT / "klippy_ext" / LIBRARY)
+            # a process that runs may have the old one mapped: never write into it
+            new = ROOT / "klippy_ext" / (LIBRARY + ".new")
+            shutil.copy2(library, new)
+            os.replace(new, ROOT / "klippy_ext" / LIBRARY)
 
     def add_simulator(self, folder):
         """Put the simulator's firmware and the samples into the package."""
