@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from klippy.clocksync cimport ClockSync
+
+
+cdef class MCU:
+    cdef dict __dict__
+    cdef object __weakref__
+    cdef public object _printer, _reactor, _serial
+    cdef public str _name
+    cdef public ClockSync _clocksync
+    # Ticks a s
+    cdef public double _mcu_freq
+    cdef public list _post_init_callbacks, _movequeue_callbacks
+    cdef public int _reserved_move_slots
+    cdef public bint _is_configured
