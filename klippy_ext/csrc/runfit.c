@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "runfit.h"
+#include "runline.h"
 
 enum { PROBES = 4 };
 
@@ -12,6 +13,9 @@ enum { PROBES = 4 };
 
 /* A run is stretched beyond its best length if that gives this much more. */
 #define STRETCH 1.25
+
+/* A longer run than this is not worth the search for the longest. */
+enum { SHORT = 192 };
 
 void
 runfit_reset(struct runfit *f, int64_t start)
@@ -144,17 +148,6 @@ search_length(const struct runfit *f, int64_t limit)
     return good;
 }
 
-/* The length of the next run and its curve, every step checked. */
-static int64_t
-choose_length(const struct runfit *f, struct curve *c)
-{
-    int64_t limit = f->end - f->first, n = search_length(f, limit), met;
-
-    while (!probe(f, n, c) || (met = count_met(f, c, limit)) < n)
-        n -= n / 16 + 1;
-    return (double)met > STRETCH * (double)n ? met : n;
-}
-
 /* ---- Tracks: one add, all intervals ---- */
 
 static int64_t
@@ -212,6 +205,98 @@ track_run(const struct runfit *f, struct runfit_track *t, int64_t from,
 }
 
 static void
+track_init(struct runfit_track *t, int64_t add)
+{
+    *t = (struct runfit_track) {
+        .add = add, .interval_lo = 1, .interval_hi = UINT32_MAX,
+        .ahead_lo = 1, .ahead_hi = UINT32_MAX,
+    };
+}
+
+/* The interval of the track that brings step k closest to its wanted clock.
+ * Returns by how much that is missed. */
+static int64_t
+track_aim(const struct runfit_track *t, int64_t k, int64_t wanted,
+          struct curve *c)
+{
+    int64_t miss;
+
+    *c = (struct curve) { 0, t->add };
+    wanted -= get_clock(c, k);
+    c->interval = (wanted + k / 2) / k;
+    if (c->interval < t->interval_lo)
+        c->interval = t->interval_lo;
+    if (c->interval > t->interval_hi)
+        c->interval = t->interval_hi;
+    miss = c->interval * k - wanted;
+    return miss < 0 ? -miss : miss;
+}
+
+/* ---- Choosing the length ---- */
+
+/* The longest of the next runs, about, and its curve; 0 if there is none. */
+static int64_t
+find_longest(const struct runfit *f, int64_t limit, struct curve *c)
+{
+    int64_t best = 0, add;
+    double slope;
+    int n = limit < RUNLINE_MAX ? (int)limit : RUNLINE_MAX;
+
+    n = runline_aim(&f->wanted[f->first], &f->error[f->first], f->start, n,
+                    &slope);
+    if (!(fabs(2. * slope) < ADD_MAX))
+        return 0;
+    add = (int64_t)floor(2. * slope);
+    for (int i = 0; i < 2; i++) {
+        struct runfit_track t;
+        int64_t count;
+        track_init(&t, add + i);
+        count = track_run(f, &t, 1, n);
+        if (count <= best)
+            continue;
+        best = count;
+        track_aim(&t, count, get_wanted(f, count), c);
+    }
+    return best;
+}
+
+/* How far a run of n steps and the one after it get, about. */
+static int64_t
+look_ahead(struct runfit *f, int64_t n, const struct curve *c)
+{
+    int64_t limit = f->end - f->first - n, more;
+
+    if (limit <= 0)
+        return n;
+    f->first += (int)n;
+    f->start += get_clock(c, n);
+    more = search_length(f, limit);
+    f->start -= get_clock(c, n);
+    f->first -= (int)n;
+    return n + more;
+}
+
+/* The length of the next run and its curve, every step checked. */
+static int64_t
+choose_length(struct runfit *f, struct curve *c)
+{
+    int64_t limit = f->end - f->first, n = search_length(f, limit), met, most;
+    struct curve longest;
+
+    while (!probe(f, n, c) || (met = count_met(f, c, limit)) < n)
+        n -= n / 16 + 1;
+    if ((double)met > STRETCH * (double)n || n == limit)
+        return met;
+    if (n > SHORT)
+        return n;
+    most = find_longest(f, limit, &longest);
+    if (most <= n || look_ahead(f, n, c) >= look_ahead(f, most, &longest))
+        return n;
+    *c = longest;
+    return most;
+}
+
+static void
 drop_windows(struct runfit *f, int64_t n)
 {
     f->first += (int)n;
@@ -227,10 +312,8 @@ start_tracks(struct runfit *f, const struct curve *c)
 
     f->n_tracks = 0;
     for (int64_t add = c->add - 1; add <= c->add + 1; add++) {
-        struct runfit_track t = {
-            .add = add, .interval_lo = 1, .interval_hi = UINT32_MAX,
-            .ahead_lo = 1, .ahead_hi = UINT32_MAX,
-        };
+        struct runfit_track t;
+        track_init(&t, add);
         if (track_run(f, &t, 1, n) == n)
             f->tracks[f->n_tracks++] = t;
     }
@@ -275,16 +358,9 @@ finish_tracks(struct runfit *f, struct steprun *run)
     struct curve chosen = { 0, 0 };
 
     for (int i = 0; i < f->n_tracks; i++) {
-        const struct runfit_track *t = &f->tracks[i];
-        struct curve c = { 0, t->add };
-        int64_t wanted = f->tracked_mid - f->start - get_clock(&c, k), miss;
-        c.interval = (wanted + k / 2) / k;
-        if (c.interval < t->interval_lo)
-            c.interval = t->interval_lo;
-        if (c.interval > t->interval_hi)
-            c.interval = t->interval_hi;
-        miss = c.interval * k - wanted;
-        miss = miss < 0 ? -miss : miss;
+        struct curve c;
+        int64_t miss = track_aim(&f->tracks[i], k, f->tracked_mid - f->start,
+                                 &c);
         if (miss < best) {
             best = miss;
             chosen = c;

@@ -10,9 +10,11 @@
  * How: a run of n steps is drawn through its start, its middle and its last
  * step, and the largest n is searched for which that stays within the errors:
  * first by probing a few steps, then by checking each in whole numbers.  To
- * end in the middle of a window pays: a run that is stretched until it leaves
- * the last window leaves a bad start to the next.  Where rounding to whole
- * numbers is what counts (constant speed) the run goes on as far as it can.
+ * end in the middle of a window pays on a smooth path: a run that is stretched
+ * until it leaves the last window leaves a bad start to the next.  Where the
+ * path has corners, or where rounding to whole numbers is what counts, it pays
+ * to go as far as possible (runline.h).  Of a short run both are tried, and
+ * the one is taken after which the next gets further.
  * If everything that is stored fits one run, that run is tracked from then on:
  * for each add that is possible, the range of intervals that still meets all
  * windows.

@@ -6,7 +6,7 @@ import re
 from test_c_io import MEMORY, compile_test, run
 
 MOTION = ["msgblock", "qmsg", "trapq", "itersolve", "polysolve", "kin_linear",
-          "kin_delta", "kin_extruder", "runfit", "stephist", "stepcompress",
+          "kin_delta", "kin_extruder", "runfit", "runline", "stephist", "stepcompress",
           "steppersync"]
 WRAP = ["-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc"]
 

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from motion_oracle import find_runs
 from motion_rig import QUEUE_STEP, SET_DIR, decode, run_firmware
 
 from klippy_ext.stepcompress import StepCompress
@@ -278,3 +279,50 @@ def test_history_of_a_long_run_is_bounded():
 def test_direction_must_be_one():
     with pytest.raises(ValueError, match="not 2"):
         Feed().sc.push(np.array([1.0]), 2)
+
+
+def ramp_times():
+    """Up to 200 mm/s and down again, 80 steps a mm."""
+    s = (np.arange(533) + 0.5) / 80.0
+    up = np.sqrt(2.0 * s / 3000.0)
+    cruise = up[-1] + np.arange(1, 3000) / 16000.0
+    return np.concatenate([up, cruise, cruise[-1] + up[-1] + 1e-4 - up[::-1]])
+
+
+def curve_times():
+    """Segments of 0.5 mm in a direction that turns: each at its own speed."""
+    speed = 40.0 + 30.0 * np.cos(0.11 * np.arange(200))
+    s = np.concatenate([[0.0], np.cumsum(speed * 0.008)])
+    levels = (np.arange(int(s[-1] * 80)) + 0.5) / 80.0
+    return np.interp(levels, s, 0.008 * np.arange(len(s)))
+
+
+def corner_times():
+    """The same with speeds that jump at random."""
+    speed = np.random.default_rng(7).uniform(20.0, 80.0, 120)
+    s = np.concatenate([[0.0], np.cumsum(speed * 0.008)])
+    levels = (np.arange(int(s[-1] * 80)) + 0.5) / 80.0
+    return np.interp(levels, s, 0.008 * np.arange(len(s)))
+
+
+def arm_times():
+    """A delta's carriage, up to the top of its way."""
+    at = np.linspace(0.0, 0.8, 100001)
+    height = np.sqrt(250.0 ** 2 - (80.0 - 100.0 * at) ** 2)
+    return np.interp(np.arange(height[0] + 0.01, height[-1] - 0.1, 0.01), height, at)
+
+
+@pytest.mark.parametrize("freq", [16e6, 180e6])
+@pytest.mark.parametrize("times, slack", [(ramp_times, 1.0), (arm_times, 1.0),
+                                          (curve_times, 1.04), (corner_times, 1.04)])
+def test_no_more_messages_than_with_the_longest_runs(times, slack, freq):
+    feed = Feed(int(25e-6 * freq))
+    feed.sync.set_time(0.0, freq)
+    feed.sc.push(1.0 + times(), 1)
+    feed.sc.note_made(10.0)
+    feed.flush()
+    wanted = np.floor((1.0 + times()) * freq + 0.5).astype(np.int64)
+    made = feed.steps()[0]
+    assert len(made) == len(wanted) and np.abs(made - wanted).max() <= 25e-6 * freq
+    plain = find_runs(wanted, 0, int(25e-6 * freq))
+    assert feed.sc.get_counts()[1] <= slack * len(plain)
