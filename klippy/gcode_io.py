@@ -99,11 +99,11 @@ class Terminal:
         if self.is_running and _EMERGENCY.search(self.splitter.rest + data):
             self.gcode.core_commands.cmd_M112(None)
         self.pending.extend(self.splitter.feed(data))
-        if not self.is_running:
-            self._run_pending()
-        elif len(self.pending) > MAX_PENDING_LINES:
+        if len(self.pending) > MAX_PENDING_LINES:
             # this sender does not wait for ok
             self.reactor.set_fd_wake(self.handler, False)
+        if not self.is_running:
+            self._run_pending()
 
     def _run_pending(self):
         self.is_running = True
