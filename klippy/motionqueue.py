@@ -269,8 +269,14 @@ class MotionQueue:
 
     def wipe_trapq(self, trapq):
         """Drop all motion of a TrapQ that is not made into steps yet."""
-        trapq.finalize(self.printer.get_reactor().NEVER,
-                       self.last_step_gen_time - HISTORY_TIME)
+        time = self.last_step_gen_time
+        rows = trapq.extract_old(1, 0., time)
+        if not rows:
+            return
+        start, duration, speed, accel, x, y, z, r_x, r_y, r_z = rows[0]
+        t = min(max(time - start, 0.), duration)
+        way = (speed + 0.5 * accel * t) * t
+        trapq.set_position(time, x + r_x * way, y + r_y * way, z + r_z * way)
 
     def _handle_shutdown(self):
         self.is_halted = True

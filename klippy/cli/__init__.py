@@ -11,6 +11,8 @@ import importlib
 import pkgutil
 import sys
 
+from klippy import sysinfo
+
 DEFAULT_COMMAND = "run"
 
 
@@ -39,7 +41,8 @@ def read_help(module):
 def print_help():
     """Print what there is."""
     print("usage: klippy <command> [options]      (klippy <command> --help)")
-    print("       klippy printer.cfg [options]    the same as klippy run\n")
+    print("       klippy printer.cfg [options]    the same as klippy run")
+    print("       klippy --version\n")
     for name, module in list_commands():
         print("  %-10s %s" % (name, read_help(module)))
 
@@ -50,6 +53,9 @@ def main(argv=None):
     if argv[:1] in (["--help"], ["-h"], ["help"]) or not argv:
         print_help()
         return 0 if argv else 2
+    if argv[0] == "--version":
+        print("klippy " + sysinfo.get_version())
+        return 0
     name, module = argv[0], find_command(argv[0])
     if module is None:
         name, module = DEFAULT_COMMAND, find_command(DEFAULT_COMMAND)

@@ -260,3 +260,18 @@ def test_file_output_has_no_timer_and_no_drip(reactor, run_in_reactor):
     queue.note_mcu_movequeue_activity(7.)
     queue.printer.handlers["gcode:debuginput_exit"]()
     assert flushes[-1] == (7., 7.)
+
+
+def test_wiped_motion_ends_where_steps_are_made(queue):
+    trapq = queue.allocate_trapq()
+    add_move(trapq, 1., 2.)
+    queue.advance(1.5)
+    assert queue.last_step_gen_time == 1.5
+    queue.wipe_trapq(trapq)
+    rest, *_ = trapq.extract_old(1, 0., 10.)
+    assert rest[4] == pytest.approx(5.)
+    motor = LinearKinematics(1, 0, 0)
+    motor.set_trapq(trapq)
+    motor.set_stepcompress(None, 0.1)
+    motor.generate_steps(4.)
+    assert motor.get_commanded_pos() == pytest.approx(5., abs=0.06)

@@ -80,3 +80,8 @@ def test_path_launcher_hides_the_flat_files(tmp_path):
     result = subprocess.run([sys.executable, "-c", script], cwd=tmp_path,
                             capture_output=True, text=True, check=True)
     assert "klippy.printer" in result.stdout
+
+
+def test_version_is_told(capsys):
+    assert cli.main(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("klippy ")
