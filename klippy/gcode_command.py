@@ -20,6 +20,18 @@ _QUOTING = re.compile(r""""((?:\\.|[^"\\])*)"|'([^']*)'|\\(.)""", re.DOTALL)
 _ESCAPE = re.compile(r'\\(["\\])')
 
 
+# Longest text that an error quotes in full
+MAX_QUOTED = 160
+
+
+def shorten(text):
+    """Text of an error's size: what is far too long is cut in the middle."""
+    if len(text) <= MAX_QUOTED:
+        return text
+    half = MAX_QUOTED // 2
+    return "%s ... (%d characters) ... %s" % (text[:half], len(text), text[-half:])
+
+
 class Coord(tuple):
     """Immutable position of at least four axes: x, y, z, e and further ones.
 
@@ -72,13 +84,14 @@ def parse_classic(text, line):
             continue
         if glued and _is_exponent(previous, letter, match.group(2)):
             raise CommandError(
-                "A number of '%s' has an exponent: write it in digits" % (line,))
+                "A number of '%s' has an exponent: write it in digits"
+                % (shorten(line),))
         params[letter.upper()] = match.group(2).strip()
         previous = match
     if text[position:].strip():
         raise CommandError(
             "Malformed command '%s': '%s' is not a letter with a number"
-            % (line, text[position:].strip()))
+            % (shorten(line), shorten(text[position:].strip())))
     return params
 
 
@@ -102,7 +115,7 @@ def parse_extended(text, line):
         if match is None:
             raise CommandError(
                 "Malformed command '%s': expected KEY=VALUE at '%s'"
-                % (line, text[position:].strip()))
+                % (shorten(line), shorten(text[position:].strip())))
         if match.group("end") is not None:
             return params
         position = match.end()
@@ -204,14 +217,15 @@ class GCodeCommand:
         if text is None:
             if default is REQUIRED:
                 raise self.error("Error on '%s': %s is missing"
-                                 % (self._commandline, name))
+                                 % (shorten(self._commandline), name))
             return default
         try:
             value = parser(text)
         except (ValueError, TypeError, OverflowError):
             raise self.error(
                 "Error on '%s': unable to parse %s='%s': %s expected"
-                % (self._commandline, name, text, _KINDS.get(parser, "another value")))
+                % (shorten(self._commandline), name, shorten(text),
+                   _KINDS.get(parser, "another value")))
         self._check_range(name, value, minval, maxval, above, below)
         return value
 
@@ -227,7 +241,7 @@ class GCodeCommand:
         else:
             return
         raise self.error("Error on '%s': %s is %s, it must be %s"
-                         % (self._commandline, name, value, wanted))
+                         % (shorten(self._commandline), name, value, wanted))
 
     def get_int(self, name, default=REQUIRED, minval=None, maxval=None):
         """A whole number; see get()."""
