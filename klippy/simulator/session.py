@@ -4,6 +4,7 @@ import os
 import time
 from dataclasses import dataclass
 
+from klippy import sysinfo
 from klippy.errors import PrinterError
 from klippy.reactor import Reactor
 from klippy.simulator import job as job_module
@@ -91,7 +92,9 @@ class SimSession:
         implicit["virtual_sdcard"] = {"path": folder}
         args = {"config_file": os.path.abspath(self.options.config),
                 "start_reason": reason, "implicit_sections": implicit,
-                "machine": self.machine, "log_file": self.options.log_file}
+                "machine": self.machine, "log_file": self.options.log_file,
+                "software_version": sysinfo.get_version(),
+                "cpu_info": sysinfo.get_cpu_info()}
         if self.options.api_server:
             args["apiserver"] = self.options.api_server
         return args
