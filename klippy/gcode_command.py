@@ -26,6 +26,7 @@ MAX_QUOTED = 160
 
 def shorten(text):
     """Text of an error's size: what is far too long is cut in the middle."""
+    text = str(text)
     if len(text) <= MAX_QUOTED:
         return text
     half = MAX_QUOTED // 2
