@@ -121,7 +121,7 @@ class SimMachine:
                 continue
             trace = self.traces_by_pin.get((mcu_name, numbers[match["pin"]]))
             if trace is not None:
-                trace.both_edges = int(match["invert"]) < 0
+                trace.both_edges = int(match["invert"]) in (-1, 255)
 
     # What tests and reports ask
 
