@@ -5,6 +5,7 @@
 #include "board/irq.h"
 #include "board/mem.h"
 #include "board/reset.h"
+#include "board/watchdog.h"
 #include "core/sched.h"
 
 /* What interrupts and the deepest calls need. */
@@ -71,8 +72,7 @@ void watchdog_init(void)
 }
 DECL_INIT(watchdog_init);
 
-void watchdog_task(void)
+void watchdog_pet(void)
 {
     wdt_reset();
 }
-DECL_TASK(watchdog_task);

@@ -44,11 +44,12 @@ uint32_t timer_from_us(uint32_t us)
     return us * US;
 }
 
-/* Interrupt at `clock`, which is at most a hop ahead. */
+/* Interrupt at `clock`, which is at most a hop ahead.  A match that is still
+ * flagged from before is taken as an interrupt that comes too early: those find
+ * nothing to do.  (Clearing it here would cost more.) */
 static void set_compare(uint16_t clock)
 {
     OCR1A = clock;
-    TIFR1 = 1 << OCF1A;
     if ((int16_t)(clock - TCNT1) < AHEAD_TICKS)
         OCR1A = (uint16_t)(TCNT1 + AHEAD_TICKS);
 }
