@@ -5,8 +5,10 @@
  *
  * Wraps libsimavr behind vmcu_abi.h.  The chip and its program are named by
  * the environment when power comes on: SIMAVR_ELF, SIMAVR_MCU and SIMAVR_HZ.
- * Two facts about libsimavr 1.6 are made good here: it takes no interrupt
- * inside `sei; nop; cli`, and it charges no cycles for entering one.
+ * Facts about libsimavr 1.6 are made good here: it takes no interrupt inside
+ * `sei; nop; cli`, charges no cycles for entering one, takes no voltage for the
+ * channels 8 to 15, and receives bytes of 11 bits.  One is not: any write to
+ * TIFRn clears all its flags.
  */
 #include <ctype.h>
 #include <stdio.h>
@@ -28,9 +30,9 @@ enum {
     N_PORTS = 12,               /* 'A' .. 'L' */
     N_PINS = N_PORTS * 8,
     RX_SIZE = 4096,
-    INPUT_POLL_CYCLES = 400,    /* how often input levels are looked at */
     SLICE_CYCLES = 1600,        /* a running cpu always has a next event */
     BITS_A_BYTE = 10,
+    N_ADC_VALUES = 8,           /* that libsimavr has room for */
 };
 
 struct chip {
@@ -38,11 +40,13 @@ struct chip {
     struct vmcu_host host;
     uint64_t base;              /* clock at cycle 0 */
     uint32_t byte_cycles, entry_cycles;
-    uint8_t level[N_PINS], is_driving_input;
-    uint64_t next_rx, next_poll;
+    uint8_t level[N_PINS];
+    uint64_t next_rx;
     uint32_t rx_head, rx_tail;
     uint8_t rx[RX_SIZE];
-    avr_irq_t *uart_in, *adc;
+    avr_irq_t *uart_in;
+    avr_adc_t *adc;
+    avr_uart_t *uart;
 };
 
 static struct chip chip;
@@ -82,7 +86,7 @@ on_pin(avr_irq_t *irq, uint32_t value, void *param)
     uint8_t level = value & 1;
 
     (void)irq;
-    if (chip.is_driving_input || chip.level[pin] == level)
+    if (chip.level[pin] == level)
         return;
     chip.level[pin] = level;
     chip.host.pin_out(chip.host.ctx, now(), pin, level);
@@ -95,7 +99,7 @@ on_adc_start(avr_irq_t *irq, uint32_t value, void *param)
         avr_adc_mux_t mux;
         uint32_t v;
     } e = { .v = value };
-    uint32_t channel = e.mux.src;
+    uint32_t channel = e.mux.src + e.mux.diff * N_ADC_VALUES;
     /* ADC0..7 are on port F (mega2560), A (644p): told by SIMAVR_ADC_PORT */
     uint32_t port = env_number("SIMAVR_ADC_PORT", 'F') - 'A';
     uint32_t pin = (channel < 8 ? port : 'K' - 'A') * 8 + (channel & 7);
@@ -104,8 +108,7 @@ on_adc_start(avr_irq_t *irq, uint32_t value, void *param)
     (void)irq;
     (void)param;
     fraction = chip.host.adc_in(chip.host.ctx, now(), pin);
-    avr_raise_irq(chip.adc + ADC_IRQ_ADC0 + channel,
-                  (fraction * 5000u + 32768u) >> 16);
+    chip.adc->adc_values[e.mux.src] = (uint16_t)((fraction * 5000u + 32768u) >> 16);
 }
 
 static void
@@ -134,65 +137,100 @@ feed_uart(void)
 {
     if (chip.rx_head == chip.rx_tail || now() < chip.next_rx)
         return;
+    chip.uart->cycles_per_byte = chip.byte_cycles;
     avr_raise_irq(chip.uart_in, chip.rx[chip.rx_tail++ % RX_SIZE]);
     chip.next_rx = now() + chip.byte_cycles;
 }
 
-static void
-poll_port(char name, uint32_t first_pin)
+/* The program reads a port: what drives its inputs is looked at now. */
+static uint8_t
+read_port(avr_t *avr, avr_io_addr_t addr, void *param)
 {
-    avr_ioport_state_t state;
+    const avr_ioport_t *port = param;
+    uint8_t ddr = avr->data[port->r_ddr], out = avr->data[port->r_port];
+    uint8_t value = out & ddr;
     uint32_t bit;
 
-    if (avr_ioctl(chip.avr, AVR_IOCTL_IOPORT_GETSTATE(name), &state))
-        return;
-    for (bit = 0; bit < 8; bit++) {
-        uint32_t pin = first_pin + bit;
-        uint8_t level;
-
-        if (state.ddr & (1u << bit))
-            continue;
-        level = chip.host.pin_in(chip.host.ctx, now(), pin,
-                                 state.port & (1u << bit) ? 1 : 0);
-        if (level == ((state.pin >> bit) & 1))
-            continue;
-        chip.is_driving_input = 1;
-        avr_raise_irq(avr_io_getirq(chip.avr, AVR_IOCTL_IOPORT_GETIRQ(name),
-                                    (int)bit), level);
-        chip.is_driving_input = 0;
-    }
-}
-
-static void
-poll_inputs(void)
-{
-    uint32_t i;
-
-    if (now() < chip.next_poll)
-        return;
-    chip.next_poll = now() + INPUT_POLL_CYCLES;
-    for (i = 0; i < N_PORTS; i++)
-        if (i != 'I' - 'A')
-            poll_port((char)('A' + i), i * 8);
+    for (bit = 0; bit < 8; bit++)
+        if (!(ddr & (1u << bit))
+            && chip.host.pin_in(chip.host.ctx, now(),
+                                (uint32_t)(port->name - 'A') * 8 + bit,
+                                out & (1u << bit) ? 1 : 0))
+            value |= (uint8_t)(1u << bit);
+    avr->data[addr] = value;
+    return value;
 }
 
 /*
  * The contract
  */
 
+/* The first peripheral of a kind, which begins with its avr_io_t. */
+static void *
+find_io(const avr_t *avr, const char *kind)
+{
+    avr_io_t *io = avr->io_port;
+
+    while (io && strcmp(io->kind, kind))
+        io = io->next;
+    return io;
+}
+
+static avr_uart_t *
+find_uart(const avr_t *avr, char name)
+{
+    avr_io_t *io;
+
+    for (io = avr->io_port; io; io = io->next)
+        if (!strcmp(io->kind, "uart") && ((avr_uart_t *)io)->name == name)
+            break;
+    return (avr_uart_t *)io;
+}
+
+static void
+connect_port(avr_t *avr, avr_ioport_t *port)
+{
+    uint32_t bit;
+
+    avr->io[AVR_DATA_TO_IO(port->r_pin)].r.c = read_port;
+    avr->io[AVR_DATA_TO_IO(port->r_pin)].r.param = port;
+    for (bit = 0; bit < 8; bit++) {
+        uint32_t pin = (uint32_t)(port->name - 'A') * 8 + bit;
+
+        avr_irq_register_notify(port->io.irq + IOPORT_IRQ_PIN0 + bit, on_pin,
+                                (void *)(uintptr_t)pin);
+    }
+}
+
 static void
 connect_pins(avr_t *avr)
 {
-    uint32_t pin;
+    avr_io_t *io;
 
-    for (pin = 0; pin < N_PINS; pin++) {
-        char port = (char)('A' + pin / 8);
-        avr_irq_t *irq = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(port),
-                                       (int)(pin % 8));
+    for (io = avr->io_port; io; io = io->next)
+        if (!strcmp(io->kind, "port"))
+            connect_port(avr, (avr_ioport_t *)io);
+}
 
-        if (irq)
-            avr_irq_register_notify(irq, on_pin, (void *)(uintptr_t)pin);
+/* Channels beyond 7 share the values of the others, and are told from them by
+ * `diff`, which has no use in a single conversion. */
+static void
+connect_adc(avr_t *avr)
+{
+    uint32_t i;
+
+    chip.adc = find_io(avr, "adc");
+    for (i = 0; i < 64; i++) {
+        avr_adc_mux_t *mux = &chip.adc->muxmode[i];
+
+        if (mux->kind == ADC_MUX_SINGLE && mux->src >= N_ADC_VALUES) {
+            mux->src -= N_ADC_VALUES;
+            mux->diff = 1;
+        }
     }
+    avr_irq_register_notify(
+        avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER),
+        on_adc_start, NULL);
 }
 
 static void
@@ -201,6 +239,7 @@ connect_uart(avr_t *avr)
     uint32_t flags = 0;
 
     avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
+    chip.uart = find_uart(avr, '0');
     chip.uart_in = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'),
                                  UART_IRQ_INPUT);
     avr_irq_register_notify(
@@ -236,8 +275,7 @@ power_on(const struct vmcu_host *host, uint64_t clock)
     chip.entry_cycles = avr->flashend > 0x1ffff ? 5 : 4;
     connect_pins(avr);
     connect_uart(avr);
-    chip.adc = avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, 0);
-    avr_irq_register_notify(chip.adc + ADC_IRQ_OUT_TRIGGER, on_adc_start, NULL);
+    connect_adc(avr);
     avr_irq_register_notify(
         avr_get_interrupt_irq(avr, AVR_INT_ANY) + AVR_INT_IRQ_RUNNING,
         on_interrupt, NULL);
@@ -267,7 +305,6 @@ run(uint64_t until)
         int state;
 
         feed_uart();
-        poll_inputs();
         avr->run_cycle_limit = until - now() < 100 ? until - now() : 100;
         was = avr->interrupt_state;
         state = avr_run(avr);
