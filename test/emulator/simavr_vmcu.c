@@ -7,7 +7,8 @@
  * the environment when power comes on: SIMAVR_ELF, SIMAVR_MCU and SIMAVR_HZ.
  * Facts about libsimavr 1.6 are made good here: it takes no interrupt inside
  * `sei; nop; cli`, charges no cycles for entering one, takes no voltage for the
- * channels 8 to 15, and receives bytes of 11 bits.  One is not: any write to
+ * channels 8 to 15, receives bytes of 11 bits, and overlooks a compare value
+ * just behind an overflow.  One is not: any write to
  * TIFRn clears all its flags.
  */
 #include <ctype.h>
@@ -21,6 +22,7 @@
 #include <simavr/sim_core_decl.h>
 #include <simavr/avr_adc.h>
 #include <simavr/avr_ioport.h>
+#include <simavr/avr_timer.h>
 #include <simavr/avr_uart.h>
 #include <simavr/avr_watchdog.h>
 
@@ -47,6 +49,8 @@ struct chip {
     avr_irq_t *uart_in;
     avr_adc_t *adc;
     avr_uart_t *uart;
+    avr_timer_t *timer;         /* timer 1 */
+    uint64_t turn;              /* cycle at which it last was 0 */
 };
 
 static struct chip chip;
@@ -176,16 +180,13 @@ find_io(const avr_t *avr, const char *kind)
     return io;
 }
 
-static avr_uart_t *
-find_uart(const avr_t *avr, char name)
-{
-    avr_io_t *io;
-
-    for (io = avr->io_port; io; io = io->next)
-        if (!strcmp(io->kind, "uart") && ((avr_uart_t *)io)->name == name)
-            break;
-    return (avr_uart_t *)io;
-}
+/* The one of several that is called `name`: its second member. */
+#define FIND_NAMED(TYPE, FOUND, KIND, NAME) do { \
+    avr_io_t *io_; \
+    for (io_ = chip.avr->io_port; io_; io_ = io_->next) \
+        if (!strcmp(io_->kind, (KIND)) && ((TYPE *)io_)->name == (NAME)) \
+            (FOUND) = (TYPE *)io_; \
+} while (0)
 
 static void
 connect_port(avr_t *avr, avr_ioport_t *port)
@@ -239,7 +240,7 @@ connect_uart(avr_t *avr)
     uint32_t flags = 0;
 
     avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
-    chip.uart = find_uart(avr, '0');
+    FIND_NAMED(avr_uart_t, chip.uart, "uart", '0');
     chip.uart_in = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'),
                                  UART_IRQ_INPUT);
     avr_irq_register_notify(
@@ -273,6 +274,7 @@ power_on(const struct vmcu_host *host, uint64_t clock)
     chip.byte_cycles = firmware.frequency * BITS_A_BYTE
         / env_number("SIMAVR_BAUD", 250000);
     chip.entry_cycles = avr->flashend > 0x1ffff ? 5 : 4;
+    FIND_NAMED(avr_timer_t, chip.timer, "timer", '1');
     connect_pins(avr);
     connect_uart(avr);
     connect_adc(avr);
@@ -295,6 +297,20 @@ rx(uint64_t clock, const uint8_t *buf, uint32_t len)
     return 0;
 }
 
+/* A compare value that the counter reaches before its overflow is noticed, as
+ * that happens between two instructions only. */
+static void
+raise_lost_compare(void)
+{
+    avr_timer_t *timer = chip.timer;
+
+    if (timer->tov_base == chip.turn)
+        return;
+    chip.turn = timer->tov_base;
+    if (timer->comp[AVR_TIMER_COMPA].comp_cycles < chip.avr->cycle - chip.turn)
+        avr_raise_interrupt(chip.avr, &timer->comp[AVR_TIMER_COMPA].interrupt);
+}
+
 static uint64_t
 run(uint64_t until)
 {
@@ -308,6 +324,7 @@ run(uint64_t until)
         avr->run_cycle_limit = until - now() < 100 ? until - now() : 100;
         was = avr->interrupt_state;
         state = avr_run(avr);
+        raise_lost_compare();
         if (was == -1 && avr->interrupt_state > 0)
             avr_service_interrupts(avr);
         if (state == cpu_Done || state == cpu_Crashed)
