@@ -11,8 +11,7 @@ import re
 from dataclasses import dataclass, field
 
 from klippy.errors import ConfigError
-
-RATIO = re.compile(r"\s*([0-9.eE+-]+)\s*:\s*([0-9.eE+-]+)\s*$")
+from klippy.simulator import settings
 
 # Carriage position as a sum of motor positions, by kinematics:
 # {axis: {motor: factor}}; motors not named move their own axis.
@@ -73,18 +72,35 @@ class Axes:
 
 
 def calc_step_dist(section):
-    """mm a microstep of a stepper section."""
-    steps = section.getint("full_steps_per_rotation", 200)
-    steps *= section.getint("microsteps")
+    """mm a microstep of a stepper section.  Raises ConfigError."""
+    steps = _read_positive(section, "full_steps_per_rotation", 200)
+    steps *= _read_positive(section, "microsteps")
     for part in (section.get("gear_ratio") or "").split(","):
-        if not part.strip():
-            continue
-        match = RATIO.match(part)
-        if match is None:
-            raise ConfigError("Option 'gear_ratio' in section '%s' should be"
-                              " like 80:20, not '%s'" % (section.name, part))
-        steps *= float(match[1]) / float(match[2])
-    return section.getfloat("rotation_distance") / steps
+        if part.strip():
+            steps *= _parse_ratio(section, part)
+    return _read_positive(section, "rotation_distance") / steps
+
+
+def _read_positive(section, option, default=settings.REQUIRED):
+    value = section.getfloat(option, default)
+    if not (value > 0.0 and math.isfinite(value)):
+        raise ConfigError("Option '%s' in section '%s' must be a finite number above"
+                          " 0, not '%s'" % (option, section.name, section.get(option)))
+    return value
+
+
+def _parse_ratio(section, text):
+    """Rotations of the motor for one of the axis, of one pair of gears."""
+    try:
+        driven, driving = (float(word) for word in text.split(":"))
+    except ValueError as e:
+        raise ConfigError("Option 'gear_ratio' in section '%s' should be like 80:20,"
+                          " not '%s'" % (section.name, text.strip())) from e
+    if not (0.0 < driven < math.inf and 0.0 < driving < math.inf):
+        raise ConfigError(
+            "Option 'gear_ratio' in section '%s': '%s' must be two finite numbers"
+            " above 0" % (section.name, text.strip()))
+    return driven / driving
 
 
 def read_stepper(section):

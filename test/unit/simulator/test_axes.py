@@ -39,11 +39,21 @@ def test_step_dist_counts_gears():
         22.5 / (400 * 32 * 5 * 1.5))
 
 
-def test_bad_gear_ratio_names_section_and_value():
+@pytest.mark.parametrize("option, value, wanted", [
+    ("gear_ratio", "five", "like 80:20"), ("gear_ratio", "0:1", "above 0"),
+    ("gear_ratio", "3:1, 1:0", "above 0"), ("gear_ratio", "-2:1", "above 0"),
+    ("gear_ratio", "e:1", "like 80:20"), ("gear_ratio", "1e999:1", "finite"),
+    ("microsteps", "0", "above 0"), ("full_steps_per_rotation", "0", "above 0"),
+    ("rotation_distance", "0", "above 0"), ("rotation_distance", "nan", "above 0"),
+])
+def test_bad_step_option_names_section_value_and_remedy(option, value, wanted):
     section = Section("extruder", {"rotation_distance": "1", "microsteps": "1",
-                                   "gear_ratio": "five"})
-    with pytest.raises(ConfigError, match=r"extruder.*five"):
+                                   option: value})
+    with pytest.raises(ConfigError) as info:
         axes.calc_step_dist(section)
+    text = str(info.value)
+    assert "extruder" in text and option in text and wanted in text
+    assert value.split(",")[-1].strip() in text
 
 
 @pytest.mark.parametrize("endstop,direction", [("0", -1), ("200", 1)])
