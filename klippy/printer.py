@@ -10,7 +10,16 @@ import logging
 import pkgutil
 
 import klippy.extras
-from klippy import configfile, gcode, gcode_io, plugins, webhooks
+from klippy import (
+    configfile,
+    gcode,
+    gcode_io,
+    mcu,
+    pins,
+    plugins,
+    toolhead,
+    webhooks,
+)
 from klippy.errors import (
     CommandError,
     ConfigError,
@@ -18,6 +27,7 @@ from klippy.errors import (
     McuError,
     PrinterError,
 )
+from klippy.kinematics import extruder
 
 __all__ = ["Printer"]
 
@@ -44,9 +54,10 @@ HINT_INTERNAL = """
 This is a defect of the software: the log file tells more.
 Use the RESTART command to start again.
 """
-# Built before the sections of the config, and after them
-FIRST_MODULES = ("klippy.pins", "klippy.mcu")
-LAST_MODULES = ("klippy.toolhead", "klippy.kinematics.extruder")
+# Their add_printer_objects(config) run before the sections of the config are
+# loaded, and after that
+FIRST_MODULES = (pins, mcu)
+LAST_MODULES = (toolhead, extruder)
 
 
 class _Required:
@@ -130,20 +141,16 @@ class SectionLoader:
     def load_all(self, config):
         """Load everything.  Raises ConfigError, with all that is wrong."""
         is_begun = True
-        for name in FIRST_MODULES:
-            is_begun &= self._add_core(name, config)
+        for module in FIRST_MODULES:
+            is_begun &= self.try_call(module.add_printer_objects, config)
         if is_begun:
             for section in config.get_prefix_sections(""):
                 self.try_call(self._load_optional, config, section.get_name())
-            for name in LAST_MODULES:
-                self._add_core(name, config)
+            for module in LAST_MODULES:
+                self.try_call(module.add_printer_objects, config)
         self._check_unused(config, is_begun)
         if self.errors:
             raise configfile.collect(self.errors)
-
-    def _add_core(self, name, config):
-        module = importlib.import_module(name)
-        return self.try_call(module.add_printer_objects, config)
 
     def _load_optional(self, config, section):
         if section not in self.printer.objects:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The life of a printer: loading, events, states, errors, exit."""
 
-import types
-
 import pytest
 from virtualclock import EmptyWorld
 
@@ -48,12 +46,8 @@ def make(tmp_path, monkeypatch):
     (folder / "thing_only_prefix.py").write_text(
         "def load_config_prefix(config):\n    return 1\n")
     log = []
-    core = {name: Core(name, log) for name in ("first", "last")}
-    real_import = printer_module.importlib.import_module
-    monkeypatch.setattr(printer_module, "FIRST_MODULES", ("first",))
-    monkeypatch.setattr(printer_module, "LAST_MODULES", ("last",))
-    monkeypatch.setattr(printer_module, "importlib", types.SimpleNamespace(
-        import_module=lambda name: core.get(name) or real_import(name)))
+    monkeypatch.setattr(printer_module, "FIRST_MODULES", (Core("first", log),))
+    monkeypatch.setattr(printer_module, "LAST_MODULES", (Core("last", log),))
     reactors = []
 
     def make_printer(text, **start_args):

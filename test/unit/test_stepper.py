@@ -23,7 +23,6 @@ for folder in (UNIT / "simulator", UNIT / "extras" / "home"):
 import motion_bench  # noqa: E402
 from motion_bench import CARTESIAN  # noqa: E402
 
-HOOK = "stepper_test_hook"
 SECOND_Z = """
 [stepper_z1]
 step_pin: PC1
@@ -39,11 +38,9 @@ def make_bench(tmp_path, monkeypatch):
     def make(config=CARTESIAN, hook=None):
         bench = motion_bench.MotionBench(tmp_path, monkeypatch, config)
         if hook is not None:
-            module = types.ModuleType(HOOK)
-            module.add_printer_objects = hook
-            monkeypatch.setitem(sys.modules, HOOK, module)
+            module = types.SimpleNamespace(add_printer_objects=hook)
             monkeypatch.setattr(printer_module, "LAST_MODULES",
-                                (*printer_module.LAST_MODULES, HOOK))
+                                (*printer_module.LAST_MODULES, module))
         return bench
     return make
 

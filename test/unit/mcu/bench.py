@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A printer that has only mcus, on the real simulator firmware, in virtual time."""
 
-import sys
 import types
 
 from klippy import printer as printer_module
@@ -11,7 +10,6 @@ from klippy.simulator import firmware
 from klippy_ext.vworld import VirtualWorld
 
 MAIN_CONFIG = "[mcu]\nserial: /dev/none\n"
-OBJECTS_MODULE = "bench_objects"
 
 
 class Machine:
@@ -49,10 +47,8 @@ class Bench:
             "software_version": "v0.1.0", "machine": self.machine}, **start_args)
         self.printer = None
         self.objects = types.SimpleNamespace()
-        module = types.ModuleType(OBJECTS_MODULE)
-        module.add_printer_objects = self._make_objects
-        monkeypatch.setitem(sys.modules, OBJECTS_MODULE, module)
-        monkeypatch.setattr(printer_module, "LAST_MODULES", (OBJECTS_MODULE,))
+        module = types.SimpleNamespace(add_printer_objects=self._make_objects)
+        monkeypatch.setattr(printer_module, "LAST_MODULES", (module,))
         self.make = None
         self.error = None
 

@@ -4,7 +4,6 @@
 Heaters, fans and pins need nothing of the motion but its clock; this bench
 has that clock and no more, so that a fault of theirs shows alone.
 """
-import sys
 import types
 
 from klippy import printer as printer_module
@@ -13,8 +12,6 @@ from klippy.printer import Printer
 from klippy.reactor import Reactor
 from klippy.simulator.machine import SimMachine
 from klippy_ext.vworld import VirtualWorld
-
-MODULE = "bench_motion"
 
 
 class Clockwork:
@@ -65,10 +62,8 @@ class Bench:
         self.start_args = {
             "config_file": str(path), "start_reason": "startup",
             "software_version": "v0.1.0", "machine": self.machine}
-        module = types.ModuleType(MODULE)
-        module.add_printer_objects = self._add_clockwork
-        monkeypatch.setitem(sys.modules, MODULE, module)
-        monkeypatch.setattr(printer_module, "LAST_MODULES", (MODULE,))
+        module = types.SimpleNamespace(add_printer_objects=self._add_clockwork)
+        monkeypatch.setattr(printer_module, "LAST_MODULES", (module,))
         self.printer = None
         self.output = []
         self.make = lambda config: None
