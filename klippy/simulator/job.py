@@ -9,6 +9,8 @@ from klippy.simulator import progress
 
 WATCH_PERIOD = 0.5
 FINAL_STATES = ("complete", "cancelled", "error")
+# s a pause may last that nobody can end from outside
+PAUSE_TIMEOUT = 3600.0
 # A printer that is not ready after this long never will be.
 START_TIMEOUT = 120.0
 
@@ -44,6 +46,8 @@ class SimJob:
         self.layers = progress.LayerIndex(self.path)
         self.result = JobResult()
         self.is_started = self.is_finished = False
+        self.pause_start = None         # eventtime
+        self.has_api = bool(printer.get_start_args().get("apiserver"))
         self.reactor = printer.get_reactor()
         self.deadline = self.reactor.monotonic() + START_TIMEOUT
         self.timer = self.reactor.register_timer(
@@ -94,6 +98,28 @@ class SimJob:
                 eventtime, self._make_snapshot(eventtime, status, heaters))
         if status["state"] in FINAL_STATES:
             self._conclude(status)
+        elif status["state"] == "paused":
+            self._note_paused(eventtime, status)
+        else:
+            self.pause_start = None
+
+    def _note_paused(self, eventtime, status):
+        """A pause ends the job, unless somebody may still have it go on."""
+        message = status["message"]
+        if self.pause_start is None:
+            self.pause_start = eventtime
+            if self.has_api and self.display is not None:
+                self.display.write_message("Paused; RESUME goes on, CANCEL_PRINT ends"
+                                           " the print. %s" % (message,))
+        if self.has_api:
+            return
+        if message:
+            self._conclude(status)
+        elif eventtime > self.pause_start + PAUSE_TIMEOUT:
+            self._conclude(dict(status, message=(
+                "The print paused, and nothing had it go on for %.0f s: take PAUSE"
+                " out of the file, or serve the API socket and send RESUME"
+                % (PAUSE_TIMEOUT,))))
 
     def _note_margin(self, eventtime, status, heaters):
         margin = self.calc_margin(eventtime)

@@ -20,6 +20,9 @@ def collect(machine, printer, result, wall):
     rows += _collect_links(machine)
     if result.min_margin is not None:
         rows.append(("Least queue margin", "%.3f s" % result.min_margin))
+    sdcard = printer.lookup_object("virtual_sdcard", None)
+    if sdcard is not None and sdcard.error_policy.skipped_lines:
+        rows.append(("Skipped lines", str(sdcard.error_policy.skipped_lines)))
     rows += [("Stalls", str(result.stalls)),
              ("Late mcu events", str(count_late(machine))),
              ("Simulated time", format_duration(virtual)),

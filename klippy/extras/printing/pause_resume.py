@@ -54,11 +54,25 @@ class PauseResume:
     def send_resume_command(self):
         """Have the source of the print go on."""
         if self.sd_paused:
-            self.sd_paused = False
             self.v_sd.do_resume()
         else:
             self.gcode.respond_info("action:resumed")
-        self.pause_command_sent = False
+        self.sd_paused = self.pause_command_sent = False
+
+    def note_resumed(self):
+        """The virtual SD card prints, whoever had it start or go on."""
+        self.is_paused = self.sd_paused = self.pause_command_sent = False
+
+    def pause_within_command(self):
+        """PAUSE, by the macro of that name if there is one, from inside the print.
+
+        Paused in any case when it returns or raises CommandError.
+        """
+        try:
+            self.gcode.run_script_from_command("PAUSE")
+        finally:
+            if not self.is_paused:
+                self._pause()
 
     cmd_PAUSE_help = "Pause the print"
 
@@ -66,6 +80,9 @@ class PauseResume:
         if self.is_paused:
             gcmd.respond_info("Print already paused")
             return
+        self._pause()
+
+    def _pause(self):
         self.send_pause_command()
         self.gcode.run_script_from_command("SAVE_GCODE_STATE NAME=" + STATE_NAME)
         self.is_paused = True

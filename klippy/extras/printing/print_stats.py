@@ -40,14 +40,14 @@ class PrintStats:
         self.last_epos = status["position"][3]
         self.state, self.error_message = "printing", ""
 
-    def note_pause(self):
-        """The print pauses."""
+    def note_pause(self, message=""):
+        """The print pauses; message: the error that it pauses for."""
         if self.last_pause_time is None:
             now = self.reactor.monotonic()
             self.last_pause_time = now
             self._update_filament(now)
         if self.state != "error":
-            self.state = "paused"
+            self.state, self.error_message = "paused", message
 
     def note_complete(self):
         self._finish("complete")

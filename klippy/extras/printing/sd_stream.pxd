@@ -12,6 +12,9 @@ cdef class SdStream:
     cdef bytes block
     cdef long long base
     cdef Py_ssize_t offset
+    cdef long long n_lines
+    cdef long long counted_from
+    cdef long long failed_end
     cdef public long long position
     cdef public long long next_position
     cdef public long long size

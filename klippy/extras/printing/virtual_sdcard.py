@@ -9,14 +9,10 @@ import logging
 import os
 
 from klippy.errors import PrinterError
+from klippy.extras.print_errors import ErrorPolicy
 from klippy.extras.sd_stream import BlockReader, SdStream
 
 EXTENSIONS = ("gcode", "g", "gco")
-DEFAULT_ERROR_GCODE = """
-{% if 'heaters' in printer %}
-   TURN_OFF_HEATERS
-{% endif %}
-"""
 
 
 class VirtualSD:
@@ -28,9 +24,7 @@ class VirtualSD:
         self.gcode = printer.lookup_object("gcode")
         self.sdcard_dirname = os.path.normpath(os.path.expanduser(config.get("path")))
         self.print_stats = printer.load_object(config, "print_stats")
-        self.on_error_gcode = printer.load_object(
-            config, "gcode_macro").load_template(
-                config, "on_error_gcode", DEFAULT_ERROR_GCODE)
+        self.error_policy = ErrorPolicy(config, self)
         self.stream = None              # SdStream of the loaded file
         self.file_path = None
         self.work = None                # token of the work that goes on
@@ -65,12 +59,14 @@ class VirtualSD:
         return True, "sd_pos=%d" % (self.stream.position,)
 
     def get_status(self, eventtime):
-        """progress: 0..1; file_position and file_size in bytes."""
+        """progress: 0..1; file_position and file_size in bytes; skipped_lines:
+        lines of the file that failed and were passed over."""
         return {
             "file_path": self.file_path, "progress": self.progress(),
             "is_active": self.is_active(),
             "file_position": self.stream.position if self.stream else 0,
-            "file_size": self.stream.size if self.stream else 0}
+            "file_size": self.stream.size if self.stream else 0,
+            "skipped_lines": self.error_policy.skipped_lines}
 
     def progress(self):
         """Part of the file that ran, 0..1."""
@@ -134,6 +130,7 @@ class VirtualSD:
         if self.stream is not None:
             self.do_pause()
             self._close_file()
+        self.error_policy.reset()
         self.print_stats.reset()
         self.printer.send_event("virtual_sdcard:reset_file")
 
@@ -146,6 +143,9 @@ class VirtualSD:
         if self.is_active() and not self.stream.must_stop:
             raise self.gcode.error("SD busy")
         self.stream.must_stop = False
+        pause_resume = self.printer.lookup_object("pause_resume", None)
+        if pause_resume is not None:
+            pause_resume.note_resumed()
         if self.work is None:
             work = self.work = object()
             self.reactor.register_callback(
@@ -175,8 +175,8 @@ class VirtualSD:
             return
         logging.info("virtual_sdcard: print from byte %d", stream.next_position)
         self.print_stats.note_start()
-        is_at_end, error = False, None
-        while not (stream.must_stop or is_at_end or error) and self.work is work:
+        is_at_end, error = False, ""
+        while not (stream.must_stop or is_at_end) and self.work is work:
             self.reactor.pause(self.reactor.NOW)
             is_at_end, error = self._run_stretch(work, stream)
         if self.work is work:
@@ -185,40 +185,33 @@ class VirtualSD:
                 self._note_end(is_at_end, error)
 
     def _run_stretch(self, work, stream):
-        """Run lines under the mutex: (whether the file ended, error text)."""
+        """Run lines under the mutex: (whether the print is at its end, text of
+        the error that ends or pauses it)."""
         with self.gcode.get_mutex():
             if stream.must_stop or self.work is not work:
-                return False, None
+                return False, ""
             self.is_running_lines = True
             try:
-                return stream.run_lines(), None
+                return stream.run_lines(), ""
             except PrinterError as err:
-                self.gcode.report_error(err)
-                self._run_error_gcode()
-                return False, str(err) or "unknown error"
+                return self.error_policy.handle(err, stream,
+                                                self.print_stats.filename)
             finally:
                 self.is_running_lines = False
-
-    def _run_error_gcode(self):
-        try:
-            self.on_error_gcode.run_gcode_from_command()
-        except PrinterError as err:
-            logging.error("virtual_sdcard: on_error_gcode failed: %s", err)
-            self.gcode.report_error(err)
 
     def _note_end(self, is_at_end, error):
         logging.info("virtual_sdcard: print stops at byte %d", self.stream.position)
         if self.printer.is_shutdown():
-            error = error or self.printer.get_state_message()[0]
-        if error is not None:
+            is_at_end, error = True, error or self.printer.get_state_message()[0]
+        if not is_at_end:
+            self.print_stats.note_pause(error)
+        elif error:
             self.print_stats.note_error(error)
-        elif is_at_end:
+        else:
             self.print_stats.note_complete()
             self.stream.close()
             self.stream.position = self.stream.size
             self.file_path = None
-        else:
-            self.print_stats.note_pause()
 
     # Commands
 

@@ -16,7 +16,8 @@ from klippy.extras import sd_stream
 class Job:
     """A printer with files, and the commands that ran."""
 
-    def __init__(self, folder, **files):
+    def __init__(self, folder, options=None, has_pause=True, **files):
+        """options: further ones of [virtual_sdcard]."""
         self.folder = folder
         for name, data in files.items():
             write_file(folder, name + ".gcode", data)
@@ -29,9 +30,11 @@ class Job:
         printer.gcode.register_command("RUN", self.run)
         printer.gcode.register_command("FAIL", self.fail)
         printer.gcode.register_command("TURN_OFF_HEATERS", self.run)
-        self.sdcard = printer.load("virtual_sdcard", path=str(folder))
+        self.sdcard = printer.load("virtual_sdcard", path=str(folder),
+                                   **(options or {}))
         self.stats = printer.lookup_object("print_stats")
-        self.pause_resume = printer.load("pause_resume")
+        if has_pause:
+            self.pause_resume = printer.load("pause_resume")
         printer.load("sdcard_loop")
         printer.make_ready()
 
@@ -51,6 +54,9 @@ class Job:
         self.script("SDCARD_PRINT_FILE FILENAME=%s.gcode" % (name,))
         self.printer.run_for(seconds)
 
+    def message(self):
+        return self.stats.get_status(self.printer.clock.now)["message"]
+
     def state(self):
         return self.stats.get_status(self.printer.clock.now)["state"]
 
@@ -62,8 +68,8 @@ class Job:
 def make_job(tmp_path):
     jobs = []
 
-    def make(**files):
-        jobs.append(Job(tmp_path, **files))
+    def make(options=None, has_pause=True, **files):
+        jobs.append(Job(tmp_path, options, has_pause, **files))
         return jobs[-1]
     yield make
     for job in jobs:
@@ -84,29 +90,169 @@ def test_whole_file_runs(make_job, data, ran):
     size = len(data)
     assert job.status() == {
         "file_path": None, "is_active": False, "file_position": size,
-        "file_size": size, "progress": 1. if size else 0.}
+        "file_size": size, "progress": 1. if size else 0., "skipped_lines": 0}
     with pytest.raises(CommandError, match="No file is selected"):
         job.script("M24")
 
 
-@pytest.mark.parametrize("data, message", [
-    (b"RUN\n\0\0\nRUN\n", r"'\\x00\\x00' is no G-code command"),
-    (b"RUN\n" + b"x" * (2 << 20) + b"\nRUN\n", "line at byte 4 of .* more than"),
-    (b"RUN\nFAIL\nRUN\n", "it failed"),
+BAD_LINES = pytest.mark.parametrize("data, message", [
+    (b"RUN\n\0\0\nRUN 2\n", r"^a.gcode:2: '\\x00\\x00' is no G-code command$"),
+    (b"RUN\n" + b"x" * (2 << 20) + b"\nRUN 2\n",
+     r"^a.gcode:2: The line at byte 4 of .* more than"),
+    (b"RUN\nFAIL\nRUN 2\n", r"^a.gcode:2: it failed \(in 'FAIL'\)$"),
 ])
-def test_error_is_told_and_the_print_can_go_on(make_job, data, message):
+
+
+@BAD_LINES
+@pytest.mark.parametrize("command", ["RESUME", "M24"])
+def test_bad_line_pauses_and_the_next_one_follows(make_job, data, message, command):
     job = make_job(a=data)
     job.start("a")
-    assert job.ran == ["RUN", "TURN_OFF_HEATERS"] and job.state() == "error"
-    status = job.stats.get_status(job.printer.clock.now)
-    assert re.search(message, status["message"])
+    assert job.ran == ["RUN"] and job.state() == "paused"
+    assert re.search(message, job.message())
+    assert "!! " + job.message() in job.printer.output
+    assert job.printer.state == "ready" and not job.status()["is_active"]
+    assert job.pause_resume.is_paused and job.pause_resume.sd_paused
+    job.script(command)
+    job.printer.run_for(1.)
+    assert job.ran == ["RUN", "RUN 2"] and job.state() == "complete"
+    assert job.message() == "" and not job.pause_resume.is_paused
+
+
+@BAD_LINES
+def test_bad_line_is_skipped_and_counted(make_job, data, message):
+    job = make_job({"on_command_error": "skip"}, a=data * 3)
+    job.start("a")
+    assert job.ran == ["RUN", "RUN 2"] * 3 and job.state() == "complete"
+    assert job.status()["skipped_lines"] == 3
+    told = [text[3:] for text in job.printer.output if text.startswith("!! ")]
+    assert re.search(message, told[0])
+    assert [text.split(":")[1] for text in told] == ["2", "5", "8"]
+    job.script("SDCARD_RESET_FILE")
+    assert job.status()["skipped_lines"] == 0
+
+
+@BAD_LINES
+@pytest.mark.parametrize("options", [
+    {"on_command_error": "stop"}, {"on_error_gcode": "RUN error"}])
+def test_bad_line_stops_the_print_if_that_is_asked_for(make_job, data, message,
+                                                       options):
+    job = make_job(options, a=data)
+    job.start("a")
+    answer = "RUN error" if "on_error_gcode" in options else "TURN_OFF_HEATERS"
+    assert job.ran == ["RUN", answer] and job.state() == "error"
+    assert re.search(message, job.message())
     assert job.printer.state == "ready" and not job.status()["is_active"]
     # the failed line runs again: what it needs may be there now
     job.printer.gcode.register_command("FAIL", None)
     if b"FAIL" in data:
         job.script("M24")
         job.printer.run_for(1.)
-        assert job.ran[2:] == ["RUN"] and job.state() == "complete"
+        assert job.ran[2:] == ["RUN 2"] and job.state() == "complete"
+
+
+def test_on_error_gcode_may_go_with_pause(make_job):
+    job = make_job({"on_command_error": "pause", "on_error_gcode": "RUN error"},
+                   a="FAIL\nRUN\n")
+    job.start("a")
+    assert job.ran == [] and job.state() == "paused"
+
+
+def test_pause_for_an_error_runs_the_users_macro(make_job):
+    job = make_job(a="FAIL\nRUN\nFAIL\nRUN\n")
+    gcode = job.printer.gcode
+    base = gcode.register_command("PAUSE", None)
+
+    def park(gcmd):
+        gcode.run_script_from_command("RUN park")
+        base(gcmd)
+        if len(job.ran) > 2:
+            raise gcmd.error("no way to park")
+    gcode.register_command("PAUSE", park)
+    job.start("a")
+    assert job.ran == ["RUN park"] and job.state() == "paused"
+    job.script("RESUME")
+    job.printer.run_for(1.)
+    assert job.ran == ["RUN park", "RUN", "RUN park"] and job.state() == "paused"
+    assert "!! no way to park" in job.printer.output
+    assert job.message().startswith("a.gcode:3: it failed")
+    job.script("RESUME")
+    job.printer.run_for(1.)
+    assert job.ran[3:] == ["RUN"] and job.state() == "complete"
+
+
+@pytest.mark.parametrize("answer", ["nothing", "error"])
+def test_pause_for_an_error_needs_no_macro_that_works(make_job, answer):
+    job = make_job(a="FAIL\nRUN\n")
+    job.printer.gcode.register_command("PAUSE", None)
+    job.printer.gcode.register_command(
+        "PAUSE", job.fail if answer == "error" else lambda gcmd: None)
+    job.start("a")
+    assert job.state() == "paused" and job.pause_resume.is_paused
+    job.script("RESUME")
+    job.printer.run_for(1.)
+    assert job.ran == ["RUN"] and job.state() == "complete"
+
+
+def test_pause_for_an_error_needs_no_pause_resume(make_job):
+    job = make_job(has_pause=False, a="FAIL\nRUN\n")
+    job.start("a")
+    assert job.state() == "paused" and job.ran == []
+    job.script("M24")
+    job.printer.run_for(1.)
+    assert job.ran == ["RUN"] and job.state() == "complete"
+
+
+def test_pause_for_an_error_can_be_cancelled(make_job):
+    job = make_job(a="FAIL\nRUN\n", b="RUN b\n")
+    job.start("a")
+    job.script("CANCEL_PRINT")
+    assert job.state() == "cancelled" and job.message() == ""
+    assert not job.pause_resume.is_paused and job.ran == []
+    job.start("b")
+    assert job.ran == ["RUN b"] and job.state() == "complete"
+
+
+def test_many_bad_lines_in_a_row_are_not_skipped(make_job):
+    job = make_job({"on_command_error": "skip"},
+                   a="FAIL\n" * 30 + "RUN 1\n" + "FAIL\nRUN\n" * 30)
+    job.start("a")
+    assert job.state() == "paused" and job.status()["skipped_lines"] == 20
+    assert job.message().startswith("a.gcode:21: it failed")
+    assert "// 21 lines in a row failed: the print pauses" in job.printer.output
+    job.script("RESUME")
+    job.printer.run_for(1.)
+    assert job.state() == "complete" and len(job.ran) == 31
+    assert job.status()["skipped_lines"] == 59
+
+
+def test_line_numbers_survive_jumps(make_job):
+    job = make_job(
+        a="RUN 1\nSDCARD_LOOP_BEGIN COUNT=3\n\nRUN 2\nFAIL\nSDCARD_LOOP_END\n"
+          "RUN 3\nFAIL\n", b="; \xe4\n" * 100000 + "FAIL\nFAIL\n")
+    job.sdcard.error_policy.action = "skip"
+
+    def list_lines():
+        lines = [text.split(":")[1] for text in job.printer.output if "!!" in text]
+        job.printer.output.clear()
+        return lines
+    job.start("a")
+    assert list_lines() == ["5", "5", "5", "8"] and job.state() == "complete"
+    job.script("M23 b.gcode\nM26 S350000\nM24")
+    job.printer.run_for(1.)
+    assert list_lines() == ["100001", "100002"] and job.state() == "complete"
+
+
+def test_shutdown_within_a_line_is_no_pause(make_job):
+    job = make_job(a="DIE\nRUN\n")
+
+    def die(gcmd):
+        job.printer.invoke_shutdown("the mcu is gone")
+        raise gcmd.error("no answer")
+    job.printer.gcode.register_command("DIE", die)
+    job.start("a")
+    assert job.state() == "error" and "no answer" in job.message()
+    assert job.ran == [] and not job.pause_resume.is_paused
 
 
 def test_pause_and_resume_of_a_file(make_job):
@@ -185,8 +331,18 @@ def test_file_that_vanishes_goes_on_one_that_is_cut_does_not(make_job):
     with open(job.folder / "b.gcode", "r+b") as file:
         file.truncate(200000)
     job.printer.run_for(10.)
-    assert job.state() == "error"
-    assert "it had 520008 bytes" in job.stats.get_status(0.)["message"]
+    assert job.state() == "paused"
+    assert "it had 520008 bytes" in job.message()
+    # no line of it failed: it is read again, and is not passed over
+    n_ran = len(job.ran)
+    job.script("RESUME")
+    job.printer.run_for(1.)
+    assert job.state() == "paused" and len(job.ran) == n_ran
+    with open(job.folder / "b.gcode", "r+b") as file:
+        file.write(("RUN T=5\n" + data).encode())
+    job.script("RESUME")
+    job.printer.run_for(10.)
+    assert job.state() == "complete" and len(job.ran) == 2 * 40001
 
 
 def test_commands(make_job, tmp_path):
