@@ -15,7 +15,8 @@ FIELD_KINDS = {
     "%hi": FIELD_SIGNED, "%c": FIELD_UNSIGNED, "%s": FIELD_BYTES,
     "%.*s": FIELD_BYTES, "%*s": FIELD_BYTES}
 FIELD_RANGES = {
-    "%u": (-0x80000000, 0xffffffff), "%i": (-0x80000000, 0xffffffff),
+    # the texts of commands have clocks of 64 bits; their low 32 are sent
+    "%u": (-0x80000000, 0x3fffffffffffffff), "%i": (-0x80000000, 0xffffffff),
     "%hu": (0, 0xffff), "%hi": (-0x8000, 0x7fff),
     # negative: as in invert_step=-1, sent like any other integer
     "%c": (-0x80, 0xff)}

@@ -58,6 +58,13 @@ def test_command_text_round_trip():
     assert parser.dump_payload(data) == [text.replace("dir_pin=7", "dir_pin=PA7")]
 
 
+def test_clock_of_64_bits_in_a_text_is_sent_modulo_32():
+    parser = make_parser()
+    text = "queue_step oid=1 interval=%d count=1 add=0"
+    for clock in ((1 << 32) + 5, (7 << 40) + 5):
+        assert parser.create_command(text % clock) == parser.create_command(text % 5)
+
+
 def test_bytes_field_round_trip():
     parser = make_parser()
     data = parser.create_command("spi_send oid=1 data=00ff7e")
