@@ -13,7 +13,13 @@ import traceback
 
 from klippy import gcode_builtin
 from klippy.errors import CommandError, PrinterError
-from klippy.gcode_command import REQUIRED, Coord, GCodeCommand, is_classic
+from klippy.gcode_command import (
+    REQUIRED,
+    Coord,
+    GCodeCommand,
+    is_classic,
+    shorten,
+)
 from klippy_ext.gscan import MoveScan
 
 __all__ = ["Coord", "GCodeCommand", "GCodeDispatch", "LineRunner", "MoveSink",
@@ -342,7 +348,7 @@ class GCodeDispatch:
                     line = found.group(1)
                 elif numbered:
                     raise self.error("The checksum of line '%s' is %d, it must be %d"
-                                     % (line.strip(), told, computed))
+                                     % (shorten(line.strip()), told, computed))
         if numbered:
             line = line[numbered.end():]
         return line.strip(" \t\r\n\ufeff")
@@ -350,9 +356,7 @@ class GCodeDispatch:
     def _check_wordless(self, line):
         """Pass over empty lines, comments and % marks."""
         if line and line[0] not in ";(%":
-            shown = line if len(line) <= 60 else line[:57] + "..."
-            raise self.error("'%s' is no G-code command" % (
-                shown.encode("unicode_escape").decode("ascii"),))
+            raise self.error("'%s' is no G-code command" % (shorten(line),))
 
     def create_gcode_command(self, command, commandline, params):
         """A command with given parameters, to call a handler with."""
@@ -364,7 +368,7 @@ class GCodeDispatch:
         place = traceback.extract_tb(exc.__traceback__).pop()
         return self.error(
             "Internal error in command '%s': %s: %s (%s:%s)"
-            % (line, type(exc).__name__, exc, os.path.basename(place.filename),
+            % (shorten(line), type(exc).__name__, exc, os.path.basename(place.filename),
                place.lineno))
 
     # Responses

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Commands that exist without any config section, and unknown ones."""
 
+from klippy.gcode_command import shorten
+
 # Sent by slicers for firmware of other kinds; harmless to pass over.
 IGNORED = {
     "M141": "chamber temperature", "M191": "chamber temperature",
@@ -96,7 +98,7 @@ class CoreCommands:
         elif name in IGNORED:
             self._tell_once(name, gcmd)
         elif not self._is_needless(name, gcmd):
-            gcmd.respond_info('Unknown command:"%s"' % (name,))
+            gcmd.respond_info('Unknown command:"%s"' % (shorten(name),))
 
     def _tell_once(self, name, gcmd):
         told = self.gcode.told_commands

@@ -25,12 +25,21 @@ MAX_QUOTED = 160
 
 
 def shorten(text):
-    """Text of an error's size: what is far too long is cut in the middle."""
+    """Text of an error's size: what is far too long is cut in the middle, and
+    what would steer a terminal is written as an escape."""
     text = str(text)
     if len(text) <= MAX_QUOTED:
-        return text
+        return _escape(text)
     half = MAX_QUOTED // 2
-    return "%s ... (%d characters) ... %s" % (text[:half], len(text), text[-half:])
+    return "%s ... (%d characters) ... %s" % (
+        _escape(text[:half]), len(text), _escape(text[-half:]))
+
+
+def _escape(text):
+    if text.isprintable():
+        return text
+    return "".join(char if char.isprintable() else
+                   char.encode("unicode_escape").decode("ascii") for char in text)
 
 
 class Coord(tuple):

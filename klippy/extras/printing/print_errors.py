@@ -13,6 +13,8 @@ from klippy.extras.sd_stream import ReadError
 ACTIONS = {"pause": "pause", "skip": "skip", "stop": "stop"}
 # So many failed lines without a good one between them are no slip
 MAX_SKIPPED_IN_A_ROW = 20
+# Characters by which a line is known that an error quotes in part
+SAID = 60
 DEFAULT_ERROR_GCODE = """
 {% if 'heaters' in printer %}
    TURN_OFF_HEATERS
@@ -97,7 +99,7 @@ def describe(err, stream, filename):
     """Text of an error with the place and the words of the line that failed."""
     first, separator, rest = str(err).partition("\n")
     number, line = stream.find_failed_line()
-    if line and line not in first:
+    if line[:SAID] not in first:
         first += " (in '%s')" % (line,)
     place = "%s:%d" % (filename, number) if number else filename
     return "%s: %s%s%s" % (place, first or "unknown error", separator, rest)

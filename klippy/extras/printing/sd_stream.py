@@ -8,6 +8,7 @@ one where the next line starts; a command may set the latter to jump.
 import os
 
 from klippy.errors import CommandError, PrinterError
+from klippy.gcode_command import shorten
 
 BLOCK_SIZE = 128 * 1024
 MAX_LINE = 1024 * 1024
@@ -178,6 +179,4 @@ class SdStream:
 def _show(line):
     """Text of a line, or of its beginning, with signs for what is no text."""
     text = line[:MAX_SHOWN].decode("utf-8", "replace").strip(" \t\r\n\ufeff")
-    shown = "".join(char if char.isprintable() else
-                    char.encode("unicode_escape").decode("ascii") for char in text)
-    return shown + "..." if len(line) > MAX_SHOWN else shown
+    return shorten(text) + ("..." if len(line) > MAX_SHOWN else "")
