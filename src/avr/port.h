@@ -9,7 +9,9 @@
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
+#include <stdbool.h>
 #include <stdint.h>
+#include "delay.h"
 
 #define ROM __flash
 
@@ -52,6 +54,40 @@ static inline void irq_wait(void)
 
 static inline void irq_poll(void)
 {
+}
+
+/* A comparison needs no registers for the difference. */
+#define PORT_HAS_TIMER_IS_BEFORE
+static inline bool timer_is_before(uint32_t a, uint32_t b)
+{
+    __asm__ goto("cp %A0, %A1\n\tcpc %B0, %B1\n\tcpc %C0, %C1\n\t"
+                 "cpc %D0, %D1\n\tbrpl .+2\n\trjmp %l[yes]"
+                 : : "r"(a), "r"(b) : "cc" : yes);
+    return false;
+yes:
+    return true;
+}
+
+/* Through the list of timers, which begin with `next` and have `waketime` at 4:
+ * a third less time than the compiler's code. */
+#define PORT_HAS_SEEK_TIMER
+static inline void *port_seek_timer(void *other, uint32_t clock,
+                                    const void *sentinel)
+{
+    void *found;
+
+    __asm__ volatile(
+        "1: movw %[found], r30\n\t"
+        "ld __tmp_reg__, Z\n\tldd r31, Z+1\n\tmov r30, __tmp_reg__\n\t"
+        "cp r30, %A[sentinel]\n\tcpc r31, %B[sentinel]\n\tbreq 2f\n\t"
+        "ldd __tmp_reg__, Z+4\n\tcp %A[clock], __tmp_reg__\n\t"
+        "ldd __tmp_reg__, Z+5\n\tcpc %B[clock], __tmp_reg__\n\t"
+        "ldd __tmp_reg__, Z+6\n\tcpc %C[clock], __tmp_reg__\n\t"
+        "ldd __tmp_reg__, Z+7\n\tcpc %D[clock], __tmp_reg__\n\t"
+        "brpl 1b\n2:"
+        : [found] "=&r"(found), "+z"(other)
+        : [clock] "r"(clock), [sentinel] "r"(sentinel) : "cc", "memory");
+    return found;
 }
 
 static inline void gpio_toggle(struct gpio_out out)

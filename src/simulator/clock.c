@@ -75,7 +75,7 @@ static bool run_due(uint64_t limit)
 {
     int32_t ticks = ticks_to_timer();
 
-    if (ticks > 0 && (uint32_t)ticks > limit - simulator.now)
+    if (ticks > 0 && simulator.now + (uint32_t)ticks > limit)
         return false;
     run_event(ticks);
     return true;
@@ -120,6 +120,14 @@ uint32_t timer_read_clock(void)
             wait_in_task(simulator_clock() + WAIT_TICKS);
     }
     return (uint32_t)simulator_clock();
+}
+
+void simulator_delay(uint32_t ticks)
+{
+    if (simulator.irqs_off)
+        simulator.skew += ticks;
+    else
+        wait_in_task(simulator_clock() + ticks);
 }
 
 uint32_t timer_from_us(uint32_t us)

@@ -19,4 +19,8 @@ struct i2c_config { uint8_t bus, addr; };
 #define SIMULATOR_PIN_TEMPERATURE 254
 #define SIMULATOR_BUSES 8
 
+/* clock.c: time passes by exactly this much. */
+void simulator_delay(uint32_t ticks);
+#define PORT_DELAY_TICKS simulator_delay
+
 #endif

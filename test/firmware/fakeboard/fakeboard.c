@@ -98,6 +98,12 @@ uint32_t timer_from_us(uint32_t us)
     return us * (CONFIG_CLOCK_FREQ / 1000000);
 }
 
+/* Interrupts strike at the points only. */
+void fake_delay(uint32_t ticks)
+{
+    fake.clock += ticks;
+}
+
 void timer_kick(uint32_t clock)
 {
     fake.timer = clock;
@@ -207,6 +213,16 @@ void gpio_write(struct gpio_out out, uint8_t level)
 {
     if (fake.levels[out.pin] != level)
         set_level(out.pin, level);
+}
+
+void gpio_drive(struct gpio_out out, uint8_t level)
+{
+    set_level(out.pin, level);
+}
+
+void gpio_float(struct gpio_in in, int8_t pull)
+{
+    fake.inputs[in.pin] = pull > 0;
 }
 
 void gpio_toggle_irq(struct gpio_out out)

@@ -11,4 +11,7 @@ struct gpio_in { uint8_t pin; };
 struct gpio_adc { uint8_t pin; };
 struct gpio_pwm { uint8_t pin; };
 
+void fake_delay(uint32_t ticks);
+#define PORT_DELAY_TICKS fake_delay
+
 #endif
