@@ -9,7 +9,7 @@
 
 /* Ticks of a constant time, rounded up. */
 #define DELAY_NS(NS) \
-    ((uint32_t)((CONFIG_CLOCK_FREQ / 1000 * UINT64_C(NS) + 999999) / 1000000))
+    ((uint32_t)(((uint64_t)(NS) * (CONFIG_CLOCK_FREQ / 1000) + 999999) / 1000000))
 
 /* --- The port may provide, as macros in port.h --- */
 
@@ -31,8 +31,8 @@ static inline delay_stamp_t delay_stamp(void)
     return PORT_DELAY_STAMP();
 }
 
-/* PORT_DELAY_TICKS().  Any context: do nothing for at least `ticks`, and with irqs off for hardly
- * more.  Where reading the clock takes longer than a pulse may, constant
+/* PORT_DELAY_TICKS().  Any context: do nothing for at least `ticks`, and with
+ * irqs off for hardly more.  Where reading the clock takes longer than a pulse may, constant
  * `ticks` must become counted instructions. */
 static inline __attribute__((always_inline)) void delay_ticks(uint32_t ticks)
 {

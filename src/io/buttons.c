@@ -88,7 +88,8 @@ void command_buttons_add(const struct args_buttons_add *args)
     b->pins[args->pos] = gpio_setup_input(args->pin, (int8_t)args->pull_up);
     b->connected = (uint8_t)(b->connected | 1u << args->pos);
 }
-DECL_COMMAND(command_buttons_add, "buttons_add oid=%c pos=%c pin=%u pull_up=%c");
+DECL_COMMAND(command_buttons_add,
+             "buttons_add oid=%c pos=%c pin=%u pull_up=%c");
 
 static void forget(struct buttons *b)
 {
