@@ -115,8 +115,9 @@ class ConfigWrapper:
     def _missing(self, option):
         store = self.fileconfig
         if not store.has_section(self.section):
-            return ConfigError("section [%s] is missing: it must set '%s'"
-                               % (self.section, option))
+            hint = "; the file is empty: restore it" if store.is_empty() else ""
+            return ConfigError("section [%s] is missing: it must set '%s'%s"
+                               % (self.section, option, hint), store.get_main_place())
         unread = [name for name in store.options(self.section)
                   if name not in store.asked.get(self.section, ())]
         nearest = find_nearest(option, unread)
@@ -252,6 +253,7 @@ class PrinterConfig:
         self.access_tracking = {}
         self.warnings = []
         self.raw_config, self.settings = {}, {}
+        self.store = None               # ConfigStore of the main file
         self.save = configsave.ConfigSaver(printer)
         gcode = printer.lookup_object("gcode", None)
         if gcode is not None:
@@ -271,6 +273,7 @@ class PrinterConfig:
         """
         start_args = self.printer.get_start_args()
         store = ConfigReader().read(start_args["config_file"])
+        self.store = store
         implicit = start_args.get("implicit_sections", {})
         for section, options in implicit.items():
             if section in store.sections():
@@ -285,6 +288,10 @@ class PrinterConfig:
         self.raw_config = {section: dict(store.items(section))
                            for section in store.sections()}
         return ConfigWrapper(self.printer, store, self.access_tracking, "printer")
+
+    def get_place(self, section, option):
+        """Place of an option of the main config, None if it is in no file."""
+        return self.store.get_place(section, option) if self.store else None
 
     def log_config(self, config):
         """Log the values in use, and again in each new log file."""
@@ -341,7 +348,8 @@ class PrinterConfig:
         if text is None:
             known = set(known) | {name for name in store.asked if name != section}
             text = "there is no section kind [%s]%s" % (
-                section, propose(section, known, "[%s]"))
+                section, propose(section, known, "[%s]")
+                or ": remove it, or install the plug-in that has it")
         return ConfigError(text, store.get_place(section))
 
     @staticmethod
@@ -349,7 +357,7 @@ class PrinterConfig:
         known = [name for name in store.asked.get(section, ())
                  if not store.has_option(section, name)]
         return ConfigError("section [%s] has no option '%s'%s" % (
-            section, option, propose(option, known)),
+            section, option, propose(option, known) or ": remove it"),
             store.get_place(section, option))
 
     # Status

@@ -6,6 +6,7 @@ comment anywhere, a `;` at the start of a line or after a blank.  A line that is
 indented deeper than its option continues the option's value.
 """
 
+import errno
 import glob
 import pathlib
 import re
@@ -17,12 +18,18 @@ SAVE_PREFIX = "#*#"
 _HEADER = re.compile(r"\[(?P<name>[^\]]*)\]?(?P<rest>.*)", re.DOTALL)
 _OPTION = re.compile(r"(?P<name>[^:=]*)[:=](?P<value>.*)", re.DOTALL)
 _SEMICOLON = re.compile(r"(?:^|\s);")
+_READ_REMEDIES = {
+    errno.EACCES: ": let the user that runs this program read it",
+    errno.EISDIR: ": name a file in it", errno.ENOENT: ": create it",
+    errno.ELOOP: ": put a file there instead of the link"}
 _GLOB_SIGNS = re.compile(r"[*?\[]")
 
 
 def shorten(text, limit=60):
     """Text for a message: printable and not longer than limit."""
-    shown = text.encode("unicode_escape").decode("ascii")
+    shown = "".join(
+        "\\x%02x" % (ord(char) - 0xdc00) if "\udc80" <= char <= "\udcff" else
+        char.encode("unicode_escape").decode("ascii") for char in text[:limit + 1])
     return shown if len(shown) <= limit else shown[:limit - 3] + "..."
 
 
@@ -45,6 +52,8 @@ class ConfigStore:
     def __init__(self):
         self._sections = {}
         self._places = {}
+        self.path = None            # of the main file
+        self.last_asked = ("", "")  # section and option
         self.warnings = []          # (text, section, option)
         self.asked = {}
 
@@ -66,6 +75,7 @@ class ConfigStore:
         """Whether the option is set; notes that somebody asked."""
         option = option.lower()
         self.asked.setdefault(section, set()).add(option)
+        self.last_asked = section, option
         return option in self._sections.get(section, ())
 
     def get(self, section, option):
@@ -106,6 +116,23 @@ class ConfigStore:
         """Place of an option or section; None if it is not from a file."""
         entry = self._sections.get(section, {}).get(option)
         return entry.place if entry is not None else self._places.get(section)
+
+    def guess_place(self, text):
+        """Place for an error without one: what the program looked for last.
+
+        It is the option's if the text of the error names it, else the section's.
+        """
+        section, option = self.last_asked
+        place = self.get_place(section, option if option in text else None)
+        return place or self.get_main_place()
+
+    def is_empty(self):
+        """Whether the files have no section at all."""
+        return not self._places
+
+    def get_main_place(self):
+        """The main file as a Place, None if nothing is from a file."""
+        return Place(self.path) if self.path is not None else None
 
     def is_saved(self, section, option):
         """Whether SAVE_CONFIG wrote the option."""
@@ -186,10 +213,12 @@ class FileParser:
 
     def _is_text(self, line, place):
         if "\0" in line:
-            self._fail("a NUL byte in '%s'" % (shorten(line),), place)
+            self._fail("a NUL byte in '%s': take it out, or restore the file"
+                       % (shorten(line),), place)
             return False
         if not line.isascii() and any("\ud800" <= c <= "\udfff" for c in line):
-            self._fail("'%s' is not UTF-8" % (shorten(line),), place)
+            self._fail("'%s' is not UTF-8: save the file as UTF-8"
+                       % (shorten(line),), place)
             return False
         return True
 
@@ -243,6 +272,7 @@ class ConfigReader:
 
     def read(self, path):
         """Read the main file.  Raises ConfigError, or several in one."""
+        self.store.path = str(path)
         text = self._read_text(path, None)
         if text is not None:
             lines = split_lines(text)
@@ -274,8 +304,8 @@ class ConfigReader:
             return decode(pathlib.Path(path).read_bytes())
         except OSError as err:
             self.errors.append(ConfigError(
-                "unable to read the config file '%s': %s" % (path, err.strerror),
-                place))
+                "unable to read the config file '%s': %s%s" % (
+                    path, err.strerror, _READ_REMEDIES.get(err.errno, "")), place))
             return None
 
     def _parse(self, path, lines, first_line=1):
@@ -316,7 +346,8 @@ class ConfigReader:
         names = sorted(glob.glob(full)) if pattern else []
         if not names and not (pattern and _GLOB_SIGNS.search(pattern)):
             self.errors.append(ConfigError(
-                "[include %s]: there is no such file" % (pattern,), place))
+                "[include %s]: there is no file '%s': correct the name or remove the"
+                " line" % (pattern, full), place))
         for name in names:
             self._include_file(name, place)
 
@@ -325,7 +356,7 @@ class ConfigReader:
         chain = [parser.path for parser in self.parsers]
         if any(pathlib.Path(path).resolve() == real for path in chain):
             self.errors.append(ConfigError(
-                "[include] goes in a circle: %s" % (
+                "[include] goes in a circle: %s: remove one of these lines" % (
                     " -> ".join([*map(str, chain), name]),), place))
             return
         text = self._read_text(name, place)

@@ -213,7 +213,7 @@ def find_users(printer, pin_desc):
         return []
     wanted = bare_name(pin_desc)
     sections = configfile.get_status(0.)["config"]
-    return ["[%s] %s" % (section, option)
+    return ["[%s] %s at %s" % (section, option, configfile.get_place(section, option))
             for section, options in sections.items()
             for option, value in options.items()
             if option.endswith("pin") and bare_name(value) == wanted]

@@ -93,8 +93,11 @@ class SectionLoader:
                 return default
             obj = entry(config.getsection(section))
         except ConfigError as err:
-            if err.place is None:
-                err.place = config.fileconfig.get_place(section)
+            store = config.fileconfig
+            if err.place is None and store.last_asked[0] == section:
+                err.place = store.guess_place(str(err))
+            elif err.place is None:
+                err.place = store.get_place(section)
             self.failed[section] = err
             raise
         self.printer.objects[section] = obj
@@ -142,15 +145,25 @@ class SectionLoader:
         """Load everything.  Raises ConfigError, with all that is wrong."""
         is_begun = True
         for module in FIRST_MODULES:
-            is_begun &= self.try_call(module.add_printer_objects, config)
+            is_begun &= self.try_call(self._add_core, module, config)
         if is_begun:
             for section in config.get_prefix_sections(""):
                 self.try_call(self._load_optional, config, section.get_name())
             for module in LAST_MODULES:
-                self.try_call(module.add_printer_objects, config)
+                if not self.try_call(self._add_core, module, config):
+                    break       # the next one needs it
         self._check_unused(config, is_begun)
         if self.errors:
             raise configfile.collect(self.errors)
+
+    @staticmethod
+    def _add_core(module, config):
+        try:
+            module.add_printer_objects(config)
+        except ConfigError as err:
+            if err.place is None and not isinstance(err, ConfigErrors):
+                err.place = config.fileconfig.guess_place(str(err))
+            raise
 
     def _load_optional(self, config, section):
         if section not in self.printer.objects:

@@ -17,8 +17,8 @@ UNKNOWN_VALUE = re.compile(r"Field '(?P<field>\w*pin)' .* not '(?P<pin>.*)'")
 class ConfigPhase:
     """Collects the configuration of one mcu until it is closed."""
 
-    def __init__(self, mcu_name):
-        self.mcu_name = mcu_name
+    def __init__(self, mcu_name, printer=None):
+        self.mcu_name, self.printer = mcu_name, printer
         self.oid_count = 0
         self.callbacks = []
         self.config_cmds, self.init_cmds, self.restart_cmds = [], [], []
@@ -70,6 +70,8 @@ class ConfigPhase:
                 raise
             pin = match["pin"]
             known = parser.get_enumeration("pin")
-            raise ConfigError(
-                "Pin '%s' is not a valid pin name on mcu '%s'%s"
-                % (pin, self.mcu_name, pins.offer(pins.near_names(pin, known))))
+            users = pins.find_users(self.printer, "%s:%s" % (self.mcu_name, pin))
+            raise ConfigError("Pin '%s' is not a valid pin name on mcu '%s'%s%s" % (
+                pin, self.mcu_name, " (%s)" % (", ".join(users),) if users else "",
+                pins.offer(pins.near_names(pin, known))
+                or ": see the pins of the board"))

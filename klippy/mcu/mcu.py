@@ -21,6 +21,8 @@ from klippy.mcu.pwm import MCU_pwm
 from klippy.mcu.restart import METHODS, McuRestart
 from klippy.mcu.stats import McuStats
 
+# Leaves the compression of steps a window of 10 us
+MAX_STEP_LATENCY = 0.000040
 MAX_STEPPER_ERROR = 0.000025
 MIN_SCHEDULE_TIME = 0.100
 MAX_NOMINAL_DURATION = 3.
@@ -51,7 +53,7 @@ class MCU:
         self._restart = McuRestart(self, method, self._connection)
         self._faults = FaultWatch(self)
         self._stats = McuStats(self)
-        self._config = ConfigPhase(self._name)
+        self._config = ConfigPhase(self._name, printer)
         self._post_init_callbacks = []
         self._movequeue_callbacks = []
         self._reserved_move_slots = 0
@@ -378,6 +380,11 @@ class MCU:
     def get_max_stepper_error(self):
         """Greatest error of step times in s."""
         return MAX_STEPPER_ERROR
+
+    def get_step_latency(self):
+        """How late in s a step may come at the pin: what the firmware tells."""
+        ticks = self.get_constants().get("STEP_LATENCY_TICKS", 0)
+        return min(ticks / self._mcu_freq, MAX_STEP_LATENCY)
 
     def check_duration(self, duration, pin):
         """Ticks of a maximum duration.  Raises ConfigError if too long."""

@@ -28,6 +28,9 @@ class Config:
     def get_status(self, eventtime):
         return {"config": self.sections}
 
+    def get_place(self, section, option):
+        return "%s.cfg:%d" % (section, list(self.sections[section]).index(option) + 1)
+
 
 def make_pins(sections=None):
     printer_pins = pins.PrinterPins(Config(sections or {}))
@@ -63,7 +66,8 @@ def test_double_use_names_both_options():
     printer_pins.lookup_pin("zboard:PA1")
     with pytest.raises(pins.error) as info:
         printer_pins.lookup_pin("mcu:PA1")
-    assert "[stepper_x] step_pin, [fan] pin" in str(info.value)
+    assert ("[stepper_x] step_pin at stepper_x.cfg:1, [fan] pin at fan.cfg:1"
+            in str(info.value))
     assert "stepper_y" not in str(info.value)
 
 
