@@ -4,7 +4,8 @@ import logging
 import sys
 
 from klippy import plugins
-from klippy.errors import PrinterError
+from klippy.cli import check
+from klippy.errors import ConfigError, PrinterError
 
 HELP = "print a file on the simulated machine of a printer.cfg"
 
@@ -49,6 +50,11 @@ def run_session(args, config, job):
     session = SimSession(options, sys.stdout, Printer)
     try:
         return session.run()
+    except ConfigError as e:
+        # the machine has no places of options; loading the config has them
+        for err in check.check(config)[0] or [e]:
+            print("Error: %s" % (err,), file=sys.stderr)
+        return 1
     except PrinterError as e:
         print("Error: %s" % (e,), file=sys.stderr)
         return 1
