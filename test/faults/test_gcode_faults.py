@@ -4,7 +4,7 @@
 import re
 
 import pytest
-from conftest import ApiError
+from daemon_run import ApiError
 from machine_configs import BED, make_axes
 
 MACROS = r"""
