@@ -74,8 +74,11 @@ struct gpio_in gpio_setup_input(uint32_t pin, int8_t pull)
     return in;
 }
 
+/* What was driven is now left to its pull: the world sees that level. */
 void gpio_float(struct gpio_in in, int8_t pull)
 {
+    if (is_output[in.pin] && pull && levels[in.pin] != (pull > 0))
+        set_level(in.pin, pull > 0);
     is_output[in.pin] = 0;
     pulls[in.pin] = pull;
 }

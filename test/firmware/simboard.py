@@ -153,6 +153,9 @@ class SimBoard:
                                  for name, _, _ in CALLBACKS])
         self.freq = self.ops.clock_freq
         self.inputs, self.analog = {}, {}
+        self.watchers = {}  # pin: called with (clock, level) at each edge
+        self.spi_devices = {}  # bus: data sent -> data received
+        self.i2c_devices = {}  # (bus, addr): (data, n_read) -> data or None
         self.pwm, self.resets, self.late = [], [], []
         self.commands, self.responses = {}, {}
         self.use_formats(BOOT_FORMATS)
@@ -194,6 +197,8 @@ class SimBoard:
 
     def _pin_out(self, ctx, clock, pin, level):
         self.edges.append((clock, pin, level))
+        if pin in self.watchers:
+            self.watchers[pin](clock, level)
 
     def _pin_in(self, ctx, clock, pin, pull):
         source = self.inputs.get(pin, pull > 0)
@@ -207,10 +212,16 @@ class SimBoard:
         self.pwm.append((clock, pin, cycle, value, top))
 
     def _spi(self, ctx, clock, bus, buf, size):
-        pass
+        if bus in self.spi_devices:
+            C.memmove(buf, self.spi_devices[bus](bytes(buf[:size])), size)
 
-    def _i2c(self, *args):
-        return -1
+    def _i2c(self, ctx, clock, bus, addr, wr, wr_len, rd, rd_len):
+        device = self.i2c_devices.get((bus, addr))
+        answer = device and device(bytes(wr[:wr_len]), rd_len)
+        if answer is None:
+            return -1
+        C.memmove(rd, answer, rd_len)
+        return 0
 
     def _reset(self, ctx, clock):
         self.resets.append(clock)
