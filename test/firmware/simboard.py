@@ -286,6 +286,15 @@ class SimBoard:
             self.send(name, **values)
         self.send("finalize_config", crc=crc)
 
+    def configure_shutdown_at(self, oid, pin):
+        """Configure an output for shutdown_at()."""
+        return ("config_digital_out", dict(
+            oid=oid, pin=pin, value=0, default_value=0, max_duration=100))
+
+    def shutdown_at(self, oid, clock):
+        """Shut down by a timer, in the middle of whatever a task does."""
+        self.send("queue_digital_out", oid=oid, clock=clock - 100, on_ticks=1)
+
     def find_shutdown(self):
         """Reason of the shutdown, None if there was none."""
         found = self.list_messages("shutdown")
