@@ -102,22 +102,6 @@ enum i2c_result i2c_device_read(const struct i2c_device *device, uint8_t reg,
     return i2c_device_transfer(device, 1, &reg, len, data);
 }
 
-void i2c_device_check(enum i2c_result result)
-{
-    switch (result) {
-    case I2C_OK:
-        return;
-    case I2C_NACK:
-        shutdown("I2C NACK");
-    case I2C_START_NACK:
-        shutdown("I2C START NACK");
-    case I2C_START_READ_NACK:
-        shutdown("I2C START READ NACK");
-    case I2C_TIMEOUT:
-        shutdown("I2C Timeout");
-    }
-}
-
 /* What went wrong is for the host to judge. */
 void command_i2c_transfer(const struct args_i2c_transfer *args)
 {

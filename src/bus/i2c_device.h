@@ -22,7 +22,4 @@ enum i2c_result i2c_device_transfer(const struct i2c_device *device,
 enum i2c_result i2c_device_read(const struct i2c_device *device, uint8_t reg,
                                 uint8_t len, uint8_t *data);
 
-/* Task: shutdown with the reason if `result` is an error. */
-void i2c_device_check(enum i2c_result result);
-
 #endif
