@@ -12,9 +12,10 @@ from judge import Judge
 from printer_run import PrinterRun
 
 SAMPLES = pathlib.Path(__file__).resolve().parents[2] / "config" / "samples"
-KINDS = ("cartesian", "corexy", "delta")
+LINEAR = ("cartesian", "corexy", "corexz", "hybrid_corexy", "hybrid_corexz")
+KINDS = (*LINEAR, "delta")
 # Of the samples' bed to the middle of the machine
-CENTRE = {"cartesian": (0., 0.), "corexy": (0., 0.), "delta": (-100., -100.)}
+CENTRE = {**dict.fromkeys(LINEAR, (0., 0.)), "delta": (-100., -100.)}
 EDGE = 80.
 PREPARE = "G28\nG90\nM83\nG1 X%g Y%g Z3 F6000\n"
 

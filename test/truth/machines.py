@@ -37,6 +37,22 @@ def corexy(config):
             "stepper_z": lambda p: p[:, 2]}
 
 
+def corexz(config):
+    return {"stepper_x": lambda p: p[:, 0] + p[:, 2],
+            "stepper_y": lambda p: p[:, 1],
+            "stepper_z": lambda p: p[:, 0] - p[:, 2]}
+
+
+def hybrid_corexy(config):
+    return {"stepper_x": lambda p: p[:, 0] - p[:, 1],
+            "stepper_y": lambda p: p[:, 1], "stepper_z": lambda p: p[:, 2]}
+
+
+def hybrid_corexz(config):
+    return {"stepper_x": lambda p: p[:, 0] - p[:, 2],
+            "stepper_y": lambda p: p[:, 1], "stepper_z": lambda p: p[:, 2]}
+
+
 def delta(config):
     radius = float(config["printer"]["delta_radius"])
     arm_a = float(config["stepper_a"]["arm_length"])
@@ -58,7 +74,9 @@ def delta_carriage(arm, tower_x, tower_y):
     return height
 
 
-KINEMATICS = {"cartesian": cartesian, "corexy": corexy, "delta": delta}
+KINEMATICS = {"cartesian": cartesian, "corexy": corexy, "corexz": corexz,
+              "hybrid_corexy": hybrid_corexy, "hybrid_corexz": hybrid_corexz,
+              "delta": delta}
 
 
 def steppers(config):

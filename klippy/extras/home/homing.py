@@ -73,6 +73,8 @@ class Homing:
         move = HomingMove(self.printer, endstops)
         move.homing_move(end, info.speed)
         if info.retract_dist:
+            # motors that share axes may have stopped a step apart
+            start, end = self._complete(forcepos), self._complete(movepos)
             move = self._home_again(endstops, info, start, end)
         self._end_rails(rails, axes, move)
 

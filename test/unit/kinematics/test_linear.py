@@ -97,6 +97,22 @@ def test_corexy_moves_and_stops_both_motors(make_bench):
     make_bench(COREXY).run_ready(body)
 
 
+@pytest.mark.parametrize("kind, stopped", [
+    ("corexz", {"x": ["x", "z"], "y": ["y"], "z": ["z", "x"]}),
+    ("hybrid_corexy", {"x": ["x"], "y": ["y", "x"], "z": ["z"]}),
+    ("hybrid_corexz", {"x": ["x"], "y": ["y"], "z": ["z", "x"]})])
+def test_endstops_stop_all_motors_of_their_axis(make_bench, kind, stopped):
+    def body(it):
+        assert stops(it) == stopped
+        kin = it.toolhead.get_kinematics()
+        point = 30., 40., 50.
+        found = kin.calc_position({rail.get_name(): rail.calc_position_from_coord(point)
+                                   for rail in kin.rails})
+        assert found == pytest.approx(point)
+    make_bench(CARTESIAN.replace("kinematics: cartesian", "kinematics: " + kind)
+               ).run_ready(body)
+
+
 def test_dual_carriages_are_not_there_yet(make_bench):
     def body(it):
         assert "[dual_carriage] is not supported yet" in it.printer.state_message

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every sample config homes and moves; the simulated machine is where it should."""
+
+import pathlib
+
+import motion_bench
+import pytest
+
+CONFIG = pathlib.Path(__file__).resolve().parents[3] / "config"
+# Where to go after homing, and how far off steps may leave a machine (mm)
+TOURS = {
+    "cartesian": ("G1 X50 Y60 Z7 F6000\nG1 X20 Y90 Z3.3", 0.0125),
+    "corexz": ("G1 X50 Y60 Z7 F6000\nG1 X20 Y90 Z3.3", 0.0125),
+    "hybrid_corexy": ("G1 X50 Y60 Z7 F6000\nG1 X20 Y90 Z3.3", 0.0125),
+    "hybrid_corexz": ("G1 X50 Y60 Z7 F6000\nG1 X20 Y90 Z3.3", 0.0125),
+}
+
+
+@pytest.mark.parametrize("kind", TOURS)
+def test_sample_homes_and_moves(tmp_path, monkeypatch, kind):
+    tour, bound = TOURS[kind]
+
+    def body(it):
+        it.send("G28")
+        status = it.get("toolhead")
+        assert status["homed_axes"] == "xyz"
+        assert max(it.get_error()) < bound
+        it.send(tour)
+        assert max(it.get_error()) < bound
+        kin = it.toolhead.get_kinematics()
+        found = kin.calc_position({s.get_name(): s.get_commanded_position()
+                                   for s in kin.get_steppers()})
+        assert found == pytest.approx(it.toolhead.get_position()[:3], abs=bound)
+        it.send("M84")
+        assert it.get("toolhead")["homed_axes"] == ""
+    text = (CONFIG / ("sample-%s.cfg" % kind)).read_text()
+    motion_bench.MotionBench(tmp_path, monkeypatch, text).run_ready(body)
