@@ -12,6 +12,7 @@
 #include "board/irq.h"
 #include "core/oid.h"
 #include "core/sched.h"
+#include "sensors/trigger_analog.h"
 
 enum { REPORT_MAX = 48, READING_SIZE = 2 };
 
@@ -21,6 +22,7 @@ struct analog_in {
     uint32_t next_clock; /* start of the next reading */
     uint16_t sum, min, max;
     struct gpio_adc pin;
+    struct trigger_analog *trigger; /* may be NULL */
     uint8_t n_samples, n_left; /* conversions of a reading; still to do */
     uint8_t n_bad, bad_limit;  /* readings in a row that were out of range */
     uint8_t report_size, n_bytes;
@@ -68,6 +70,7 @@ static bool sample_event(struct timer *timer)
     }
     a->next_clock += a->rest_ticks;
     check_range(a);
+    trigger_analog_update(a->trigger, a->sum);
     store_reading(a);
     a->sum = 0;
     a->n_left = a->n_samples;
@@ -119,6 +122,18 @@ DECL_COMMAND(command_query_analog_in,
              "query_analog_in oid=%c clock=%u sample_ticks=%u sample_count=%c"
              " rest_ticks=%u bytes_per_report=%c min_value=%hu max_value=%hu"
              " range_check_count=%c");
+
+#if CONFIG_WANT_TRIGGER_ANALOG
+void command_analog_in_attach_trigger_analog(
+    const struct args_analog_in_attach_trigger_analog *args)
+{
+    struct analog_in *a = oid_lookup(args->oid, &analog_in_kind);
+
+    a->trigger = trigger_analog_lookup(args->trigger_analog_oid);
+}
+DECL_COMMAND(command_analog_in_attach_trigger_analog,
+             "analog_in_attach_trigger_analog oid=%c trigger_analog_oid=%c");
+#endif
 
 static void report(struct analog_in *a, uint8_t oid)
 {
