@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Linear delta kinematics.  See kin_delta.h. */
-#include <math.h>
 #include <stdlib.h>
 
+#include "emitline.h"
 #include "kin_delta.h"
-
-enum { BATCH = 64 };
 
 /* A line of the nozzle as the tower sees it; height() below is the carriage's
  * height after `s` mm of it. */
@@ -20,7 +18,8 @@ static double
 get_position(const struct itersolve *is, const double pos[3])
 {
     const struct kin_delta *k = (const struct kin_delta *)is;
-    double dx = k->tower_x - pos[0], dy = k->tower_y - pos[1];
+    double dx = k->tower_x - pos[0];
+    double dy = (k->tower_y - pos[1]) * k->y_share;
 
     return pos[2] + sqrt(fmax(k->arm2 - dx * dx - dy * dy, 0.));
 }
@@ -29,19 +28,22 @@ static void
 make_line(const struct kin_delta *k, const struct trapseg *seg,
           struct line *l)
 {
-    double dx = k->tower_x - seg->start[0], dy = k->tower_y - seg->start[1];
+    double dx = k->tower_x - seg->start[0];
+    double dy = (k->tower_y - seg->start[1]) * k->y_share;
     const double *r = seg->axes_r;
+    double ry = r[1] * k->y_share;
 
     l->start_z = seg->start[2];
     l->slope_z = r[2];
     l->reach2 = k->arm2 - dx * dx - dy * dy;
-    l->toward = dx * r[0] + dy * r[1];
-    l->flat2 = r[0] * r[0] + r[1] * r[1];
+    l->toward = dx * r[0] + dy * ry;
+    l->flat2 = r[0] * r[0] + ry * ry;
 }
 
 static double
-get_height(const struct line *l, double s)
+get_height(const void *line, double s)
 {
+    const struct line *l = line;
     double inside = l->reach2 + (2. * l->toward - l->flat2 * s) * s;
 
     return l->start_z + l->slope_z * s + sqrt(fmax(inside, 0.));
@@ -64,8 +66,9 @@ find_top(const struct line *l)
 /* Distance at which the carriage comes to `height`, before the top (dir 1) or
  * after it (dir -1). */
 static double
-solve_distance(const struct line *l, double height, int dir)
+solve_distance(const void *line, double height, int dir)
 {
+    const struct line *l = line;
     double up = height - l->start_z;
     double a = l->flat2 + l->slope_z * l->slope_z;
     double b = up * l->slope_z + l->toward;
@@ -77,61 +80,16 @@ solve_distance(const struct line *l, double height, int dir)
     return b < 0. ? c / (b - root) : (b + root) / a;
 }
 
-static double
-solve_time(const struct trapseg *seg, double distance)
-{
-    double inside = seg->start_v * seg->start_v
-        + 4. * seg->half_accel * distance;
-
-    return 2. * distance / (seg->start_v + sqrt(fmax(inside, 0.)) + 1e-300);
-}
-
-/* Steps between two times; the carriage keeps its direction. */
-static int
-emit_monotone(struct itersolve *is, const struct trapseg *seg,
-              const struct line *l, double from, double to)
-{
-    double begin = itersolve_to_steps(
-        is, get_height(l, trapseg_get_distance(seg, from)));
-    double end = itersolve_to_steps(
-        is, get_height(l, trapseg_get_distance(seg, to)));
-    int dir = end >= begin ? 1 : -1;
-    int ret = itersolve_align(is, seg->time + from, begin);
-    int64_t count = itersolve_count_to(is, end, dir);
-
-    while (count > 0 && !ret) {
-        double times[BATCH];
-        int n = count < BATCH ? (int)count : BATCH;
-        for (int i = 0; i < n; i++) {
-            double level = itersolve_get_level(is, i, dir);
-            double height = is->origin + level * is->step_dist;
-            double t = solve_time(seg, solve_distance(l, height, dir));
-            times[i] = seg->time + fmin(fmax(t, from), to);
-        }
-        count -= n;
-        ret = itersolve_push(is, times, n, dir);
-    }
-    return ret;
-}
-
 static int
 emit(struct itersolve *is, const struct trapseg *seg, double from, double to)
 {
     struct line l;
-    double top, top_time = to;
-    int ret;
 
     if (trapseg_is_rest(seg))
         return 0;
     make_line((const struct kin_delta *)is, seg, &l);
-    top = find_top(&l);
-    if (top > trapseg_get_distance(seg, from)
-        && top < trapseg_get_distance(seg, to))
-        top_time = fmin(fmax(solve_time(seg, top), from), to);
-    ret = emit_monotone(is, seg, &l, from, top_time);
-    if (ret || top_time >= to)
-        return ret;
-    return emit_monotone(is, seg, &l, top_time, to);
+    return emitline_emit(is, seg, &l, get_height, solve_distance,
+                         find_top(&l), from, to);
 }
 
 static const struct itersolve_kind kind = {
@@ -148,6 +106,7 @@ kin_delta_new(double arm2, double tower_x, double tower_y)
     k->arm2 = arm2;
     k->tower_x = tower_x;
     k->tower_y = tower_y;
+    k->y_share = 1.;
     itersolve_init(&k->is, &kind, ITERSOLVE_X | ITERSOLVE_Y | ITERSOLVE_Z);
     return k;
 }

@@ -15,6 +15,7 @@
 struct kin_delta {
     struct itersolve is;        /* first */
     double arm2, tower_x, tower_y;
+    double y_share;             /* 1; 0: y does not matter */
 };
 
 /* As kin_linear_new(). */

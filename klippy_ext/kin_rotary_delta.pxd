@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from klippy_ext.itersolve cimport StepperKinematics
+
+
+cdef class RotaryDeltaKinematics(StepperKinematics):
+    pass
