@@ -149,8 +149,10 @@ class SimBoard:
         get_ops = self.library.vmcu_get_ops
         get_ops.restype = C.POINTER(Ops)
         self.ops = get_ops().contents
-        self.host = Host(None, *[TYPES[name](getattr(self, "_" + name))
-                                 for name, _, _ in CALLBACKS])
+        self.failures = []
+        self.host = Host(None, *[
+            TYPES[name](self._guard(getattr(self, "_" + name)))
+            for name, _, _ in CALLBACKS])
         self.freq = self.ops.clock_freq
         self.inputs, self.analog = {}, {}
         self.watchers = {}  # pin: called with (clock, level) at each edge
@@ -160,6 +162,16 @@ class SimBoard:
         self.commands, self.responses = {}, {}
         self.use_formats(BOOT_FORMATS)
         self.power_on(clock)
+
+    def _guard(self, callback):
+        """An exception cannot pass through C: keep it for run() to raise."""
+        def call(*args):
+            try:
+                return callback(*args)
+            except Exception as e:
+                self.failures.append(e)
+                return 0
+        return call
 
     def power_on(self, clock):
         self.clock = clock
@@ -233,6 +245,8 @@ class SimBoard:
         """Let time pass up to and including this clock."""
         self.clock = max(clock, self.clock)
         self.next_event = self.ops.run(self.clock)
+        if self.failures:
+            raise self.failures[0]
         assert self.next_event > self.clock
 
     def run_for(self, seconds):

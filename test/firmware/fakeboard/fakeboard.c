@@ -6,10 +6,12 @@
 #include "board/adc.h"
 #include "board/console.h"
 #include "board/gpio.h"
+#include "board/i2c.h"
 #include "board/irq.h"
 #include "board/mem.h"
 #include "board/pwm.h"
 #include "board/reset.h"
+#include "board/spi.h"
 #include "board/timer.h"
 #include "core/sched.h"
 #include "fakeboard.h"
@@ -284,6 +286,58 @@ struct gpio_pwm pwm_setup(uint32_t pin, uint32_t cycle_ticks, uint16_t value)
 void pwm_write(struct gpio_pwm pwm, uint16_t value)
 {
     set_level(pwm.pin, (uint8_t)value);
+}
+
+
+/* ---- Buses: devices that answer anything ---- */
+
+static uint8_t make_answer(void)
+{
+    static uint32_t seed = 1;
+
+    seed = seed * 1664525 + 1013904223;
+    return (uint8_t)(seed >> 24);
+}
+
+struct spi_config spi_setup(uint32_t bus, uint8_t mode, uint32_t rate)
+{
+    (void)rate;
+    if (bus > 3 || mode > 3)
+        shutdown("Invalid spi bus");
+    return (struct spi_config){ (uint8_t)bus };
+}
+
+void spi_prepare(struct spi_config config)
+{
+    (void)config;
+}
+
+void spi_transfer(struct spi_config config, uint8_t receive_data, uint8_t len,
+                  uint8_t *data)
+{
+    (void)config;
+    for (uint8_t i = 0; receive_data && i < len; i++)
+        data[i] = make_answer();
+}
+
+struct i2c_config i2c_setup(uint32_t bus, uint32_t rate, uint8_t addr)
+{
+    (void)rate;
+    if (bus > 3 || addr > 0x7f)
+        shutdown("Unsupported i2c bus");
+    return (struct i2c_config){ (uint8_t)bus };
+}
+
+enum i2c_result i2c_transfer(struct i2c_config config, uint8_t write_len,
+                             const uint8_t *write, uint8_t read_len,
+                             uint8_t *read)
+{
+    (void)config;
+    (void)write_len;
+    (void)write;
+    for (uint8_t i = 0; i < read_len; i++)
+        read[i] = make_answer();
+    return make_answer() & 7 ? I2C_OK : I2C_NACK;
 }
 
 

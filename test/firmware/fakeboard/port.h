@@ -10,6 +10,8 @@ struct gpio_out { uint8_t pin; };
 struct gpio_in { uint8_t pin; };
 struct gpio_adc { uint8_t pin; };
 struct gpio_pwm { uint8_t pin; };
+struct spi_config { uint8_t bus; };
+struct i2c_config { uint8_t bus; };
 
 void fake_delay(uint32_t ticks);
 #define PORT_DELAY_TICKS fake_delay
