@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * STM32F103: RM0008, 3.3 (addresses), 7.3 (RCC), 9.4 (AFIO), 10.1.2
+ * (interrupts); PM0075, 3.1 (flash access).
+ */
+#ifndef STM32_F1_H
+#define STM32_F1_H
+
+#include "stm32/periph.h"
+
+struct rcc_regs {
+    volatile uint32_t CR, CFGR, CIR, APB2RSTR, APB1RSTR, AHBENR, APB2ENR;
+    volatile uint32_t APB1ENR, BDCR, CSR;
+};
+#define RCC_BASE 0x40021000
+#define RCC_CR_HSION (1u << 0)
+#define RCC_CR_HSIRDY (1u << 1)
+#define RCC_CR_HSEON (1u << 16)
+#define RCC_CR_HSERDY (1u << 17)
+#define RCC_CR_PLLON (1u << 24)
+#define RCC_CR_PLLRDY (1u << 25)
+#define RCC_CFGR_SW_PLL 2u
+#define RCC_CFGR_SWS (3u << 2)
+#define RCC_CFGR_SWS_PLL (2u << 2)
+#define RCC_CFGR_PPRE1_2 (4u << 8)
+#define RCC_CFGR_ADCPRE_6 (2u << 14)
+#define RCC_CFGR_PLLSRC_HSE (1u << 16)
+#define RCC_CFGR_PLLXTPRE (1u << 17)
+#define RCC_CFGR_PLLMUL(N) (((N) - 2u) << 18)
+#define RCC_GATE_APB2(BIT) STM32_GATE(0x18, BIT)
+#define RCC_GATE_APB1(BIT) STM32_GATE(0x1c, BIT)
+
+#define FLASH_ACR (*(volatile uint32_t *)0x40022000)
+#define FLASH_ACR_PRFTBE (1u << 4)
+
+#define AFIO_MAPR (*(volatile uint32_t *)0x40010004)
+#define AFIO_GATE RCC_GATE_APB2(0)
+#define AFIO_MAPR_SWJ_NO_JTAG (2u << 24)
+#define AFIO_MAPR_SWJ_OFF (4u << 24)
+#define AFIO_MAPR_SWJ (7u << 24)
+
+#define GPIO_BASE 0x40010800
+#define GPIO_GATE(PORT) RCC_GATE_APB2(2 + (PORT))
+
+#define USART1_BASE 0x40013800
+#define USART1_GATE RCC_GATE_APB2(14)
+#define USART1_IRQ 37
+#define USART2_BASE 0x40004400
+#define USART2_GATE RCC_GATE_APB1(17)
+#define USART2_IRQ 38
+#define USART3_BASE 0x40004800
+#define USART3_GATE RCC_GATE_APB1(18)
+#define USART3_IRQ 39
+
+#define ADC1_BASE 0x40012400
+#define ADC1_GATE RCC_GATE_APB2(9)
+
+#define TIM1_BASE 0x40012c00
+#define TIM1_GATE RCC_GATE_APB2(11)
+#define TIM2_BASE 0x40000000
+#define TIM2_GATE RCC_GATE_APB1(0)
+#define TIM3_BASE 0x40000400
+#define TIM3_GATE RCC_GATE_APB1(1)
+#define TIM4_BASE 0x40000800
+#define TIM4_GATE RCC_GATE_APB1(2)
+
+#define IWDG_BASE 0x40003000
+
+#endif

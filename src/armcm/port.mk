@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# What all ports to a Cortex-M share.  The port adds its sources to port-src.
+
+CROSS_PREFIX := arm-none-eabi-
+armcm := src/armcm
+port-src := $(armcm)/start.c $(armcm)/memory.c
+port-src-$(CONFIG_ARMCM_CYCLE_COUNTER) += $(armcm)/systick.c
+port-src-$(CONFIG_SERIAL) += $(armcm)/serial.c
+port-src += $(port-src-y)
+
+PORT_CFLAGS := -mcpu=$(CONFIG_ARMCM_CPU) -mthumb -Ilib
+PORT_LDFLAGS := -nostartfiles -static -Wl,-T,$(OUT)link.ld --specs=nano.specs \
+  -Wl,--no-warn-rwx-segments
+PORT_LIBS := -lc -lgcc
+PORT_OUTPUTS := $(OUT)klipper.elf $(OUT)klipper.bin

@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The clock is the processor's cycle counter; SysTick interrupts.
+ *
+ * SysTick reaches 2^24 cycles, a timer further ahead is approached in hops.  It
+ * goes on counting after its interrupt; one that comes of that, or a hop, finds
+ * nothing due and is set anew.
+ */
+#include "armcm/burst.h"
+#include "board/irq.h"
+#include "board/timer.h"
+#include "core/sched.h"
+
+/* Interrupts come this much early: what it takes to get to the events */
+#define ENTRY_TICKS 32
+/* An event this near is waited for */
+#define NEAR_TICKS (ENTRY_TICKS + 48)
+
+static uint32_t target;
+
+uint32_t timer_from_us(uint32_t us)
+{
+    return us * US_TICKS;
+}
+
+static inline void set_alarm(uint32_t ticks)
+{
+    SYSTICK->RVR = ticks > SYSTICK_MAX ? SYSTICK_MAX : ticks;
+    SYSTICK->CVR = 0;
+}
+
+/* The interrupt can be short of nothing: it waits for the rest. */
+void timer_kick(uint32_t clock)
+{
+    int32_t ahead = (int32_t)(clock - timer_read_clock()) - ENTRY_TICKS;
+
+    target = clock;
+    set_alarm(ahead > 1 ? (uint32_t)ahead : 1);
+}
+
+/* Too much at once: let others run for a moment. */
+static __attribute__((noinline)) void pause_burst(uint32_t next)
+{
+    if (timer_read_clock() - next > LATE_TICKS
+        && timer_is_before(next, timer_read_clock()))
+        sched_shutdown_late();
+    set_alarm(PAUSE_TICKS);
+}
+
+void armcm_timer_irq(void)
+{
+    uint32_t next = target, start = timer_read_clock();
+
+    for (;;) {
+        uint32_t now = timer_read_clock();
+        int32_t ahead = (int32_t)(next - now);
+
+        if (ahead > NEAR_TICKS) {
+            target = next;
+            set_alarm((uint32_t)ahead - ENTRY_TICKS);
+            return;
+        }
+        if (ahead > 0)
+            continue;
+        if (now - start > BURST_TICKS) {
+            target = next;
+            pause_burst(next);
+            return;
+        }
+        next = sched_run_timer();
+    }
+}
+
+void armcm_timer_init(void)
+{
+    irq_flag_t flag = irq_save();
+
+    DEMCR |= DEMCR_TRCENA;
+#if CONFIG_ARMCM_M7
+    DWT_LAR = CORESIGHT_UNLOCK;
+#endif
+    DWT->CYCCNT = 0;
+    DWT->CTRL |= DWT_CYCCNTENA;
+    armcm_connect_system(ARMCM_VECTOR_SYSTICK, armcm_timer_irq);
+    timer_kick(1000);
+    SYSTICK->CSR = SYSTICK_CLKSOURCE | SYSTICK_TICKINT | SYSTICK_ENABLE;
+    irq_restore(flag);
+}
+DECL_INIT(armcm_timer_init);

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Which channel of which converter a pin has: data sheets, table of pins. */
+#include "adc_pins.h"
+#include "chip.h"
+
+/* Pins in order of their channels, from channel `first` on */
+struct span {
+    uint8_t unit, first, n_pins;
+    const uint8_t *pins;
+};
+#define SPAN(UNIT, FIRST, PINS) { UNIT, FIRST, sizeof(PINS), PINS }
+
+#if CONFIG_STM32_ADC_V1
+static const uint8_t unit1_pins[] = {
+    GPIO('A', 0), GPIO('A', 1), GPIO('A', 2), GPIO('A', 3), GPIO('A', 4),
+    GPIO('A', 5), GPIO('A', 6), GPIO('A', 7), GPIO('B', 0), GPIO('B', 1),
+    GPIO('C', 0), GPIO('C', 1), GPIO('C', 2), GPIO('C', 3), GPIO('C', 4),
+    GPIO('C', 5),
+};
+#endif
+#if CONFIG_MACH_STM32F2 || CONFIG_STM32_ADC_V1 && CONFIG_STM32_F2F4F7 \
+    && !CONFIG_MACH_STM32F401
+#define HAS_ADC3 1
+static const uint8_t unit3_pins[] = {
+    GPIO('F', 6), GPIO('F', 7), GPIO('F', 8), GPIO('F', 9), GPIO('F', 10),
+    GPIO('F', 3),
+};
+static const uint8_t unit3_more[] = { GPIO('F', 4), GPIO('F', 5) };
+#endif
+
+#if CONFIG_MACH_STM32F1 || CONFIG_MACH_STM32F2 || CONFIG_MACH_STM32F405 \
+    || CONFIG_MACH_STM32F407
+#define CHANNEL_TEMPERATURE 16
+#elif CONFIG_STM32_ADC_V1
+#define CHANNEL_TEMPERATURE 18
+#endif
+static const uint8_t temperature[] = { PIN_ADC_TEMPERATURE };
+
+static const struct span spans[] = {
+    SPAN(0, CHANNEL_TEMPERATURE, temperature),
+#if CONFIG_STM32_ADC_V1
+    SPAN(0, 0, unit1_pins),
+#endif
+#if HAS_ADC3
+    SPAN(1, 4, unit3_pins),
+    SPAN(1, 14, unit3_more),
+#endif
+};
+
+struct gpio_adc adc_find(uint32_t pin)
+{
+    const struct span *span = spans;
+
+    for (; span < spans + sizeof(spans) / sizeof(spans[0]); span++) {
+        uint8_t i;
+
+        for (i = 0; i < span->n_pins; i++)
+            if (span->pins[i] == pin)
+                return (struct gpio_adc) { (uint8_t)(span->first + i),
+                                           span->unit };
+    }
+    return (struct gpio_adc) { ADC_NO_CHANNEL, 0 };
+}

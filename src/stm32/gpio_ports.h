@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The ports that each chip has: their names, and GPIO_PORTS, a bit for each.
+ * Included once, by gpio.c.
+ */
+#if CONFIG_MACH_STM32F1 || CONFIG_MACH_STM32F401
+#define GPIO_PORTS 0x1f
+#elif CONFIG_MACH_STM32F446
+#define GPIO_PORTS 0xff
+#elif CONFIG_MACH_STM32F2 || CONFIG_MACH_STM32F405 || CONFIG_MACH_STM32F407
+#define GPIO_PORTS 0x1ff
+#elif CONFIG_MACH_STM32F429 || CONFIG_MACH_STM32F7
+#define GPIO_PORTS 0x7ff
+#endif
+
+DECL_ENUMERATION_RANGE("pin", "PA0", 0, 16);
+DECL_ENUMERATION_RANGE("pin", "PB0", 16, 16);
+DECL_ENUMERATION_RANGE("pin", "PC0", 32, 16);
+#if GPIO_PORTS & 0x08
+DECL_ENUMERATION_RANGE("pin", "PD0", 48, 16);
+#endif
+#if GPIO_PORTS & 0x10
+DECL_ENUMERATION_RANGE("pin", "PE0", 64, 16);
+#endif
+#if GPIO_PORTS & 0x20
+DECL_ENUMERATION_RANGE("pin", "PF0", 80, 16);
+#endif
+#if GPIO_PORTS & 0x40
+DECL_ENUMERATION_RANGE("pin", "PG0", 96, 16);
+#endif
+#if GPIO_PORTS & 0x80
+DECL_ENUMERATION_RANGE("pin", "PH0", 112, 16);
+#endif
+#if GPIO_PORTS & 0x100
+DECL_ENUMERATION_RANGE("pin", "PI0", 128, 16);
+#endif
+#if GPIO_PORTS & 0x200
+DECL_ENUMERATION_RANGE("pin", "PJ0", 144, 16);
+DECL_ENUMERATION_RANGE("pin", "PK0", 160, 16);
+#endif

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Handles of the STM32, and what must inline.
+ */
+#ifndef STM32_PORT_H
+#define STM32_PORT_H
+
+#include <stdint.h>
+#include "armcm/cpu.h"
+#include "stm32/periph.h"
+
+#if CONFIG_STM32_GPIO_V2
+typedef struct gpio_v2_regs gpio_regs_t;
+#else
+typedef struct gpio_v1_regs gpio_regs_t;
+#endif
+
+struct gpio_out { gpio_regs_t *regs; uint32_t bit; };
+struct gpio_in { gpio_regs_t *regs; uint32_t bit; };
+struct gpio_adc { uint8_t channel, unit; };
+struct gpio_pwm { volatile uint32_t *compare; uint32_t period; };
+
+static inline void gpio_write(struct gpio_out out, uint8_t level)
+{
+    out.regs->BSRR = level ? out.bit : out.bit << 16;
+}
+
+static inline void gpio_toggle_irq(struct gpio_out out)
+{
+    out.regs->ODR ^= out.bit;
+}
+
+static inline void gpio_toggle(struct gpio_out out)
+{
+    irq_flag_t flag = irq_save();
+
+    gpio_toggle_irq(out);
+    irq_restore(flag);
+}
+
+static inline uint8_t gpio_read(struct gpio_in in)
+{
+    return !!(in.regs->IDR & in.bit);
+}
+
+#endif

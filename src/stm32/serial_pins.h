@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The pair of pins that the console uses: SERIAL_RX, SERIAL_TX, SERIAL_PINS
+ * (their names), and SERIAL_REMAP (F1) or SERIAL_FUNCTION.
+ */
+#ifndef STM32_SERIAL_PINS_H
+#define STM32_SERIAL_PINS_H
+
+#if CONFIG_STM32_SERIAL_USART1
+#define SERIAL_PINS "PA10,PA9"
+#define SERIAL_RX GPIO('A', 10)
+#define SERIAL_TX GPIO('A', 9)
+#define SERIAL_REMAP 0
+#elif CONFIG_STM32_SERIAL_USART1_ALT_PB7_PB6
+#define SERIAL_PINS "PB7,PB6"
+#define SERIAL_RX GPIO('B', 7)
+#define SERIAL_TX GPIO('B', 6)
+#define SERIAL_REMAP (1u << 2)
+#elif CONFIG_STM32_SERIAL_USART2
+#define SERIAL_PINS "PA3,PA2"
+#define SERIAL_RX GPIO('A', 3)
+#define SERIAL_TX GPIO('A', 2)
+#define SERIAL_REMAP 0
+#elif CONFIG_STM32_SERIAL_USART2_ALT_PD6_PD5
+#define SERIAL_PINS "PD6,PD5"
+#define SERIAL_RX GPIO('D', 6)
+#define SERIAL_TX GPIO('D', 5)
+#define SERIAL_REMAP (1u << 3)
+#elif CONFIG_STM32_SERIAL_USART3
+#define SERIAL_PINS "PB11,PB10"
+#define SERIAL_RX GPIO('B', 11)
+#define SERIAL_TX GPIO('B', 10)
+#define SERIAL_REMAP 0
+#elif CONFIG_STM32_SERIAL_USART3_ALT_PD9_PD8
+#define SERIAL_PINS "PD9,PD8"
+#define SERIAL_RX GPIO('D', 9)
+#define SERIAL_TX GPIO('D', 8)
+#define SERIAL_REMAP (3u << 4)
+#elif CONFIG_STM32_SERIAL_USART3_ALT_PC11_PC10
+#define SERIAL_PINS "PC11,PC10"
+#define SERIAL_RX GPIO('C', 11)
+#define SERIAL_TX GPIO('C', 10)
+#define SERIAL_REMAP (1u << 4)
+#elif CONFIG_STM32_SERIAL_UART4
+#define SERIAL_PINS "PA1,PA0"
+#define SERIAL_RX GPIO('A', 1)
+#define SERIAL_TX GPIO('A', 0)
+#elif CONFIG_STM32_SERIAL_UART5
+#define SERIAL_PINS "PD2,PC12"
+#define SERIAL_RX GPIO('D', 2)
+#define SERIAL_TX GPIO('C', 12)
+#elif CONFIG_STM32_SERIAL_USART6
+#define SERIAL_PINS "PC7,PC6"
+#define SERIAL_RX GPIO('C', 7)
+#define SERIAL_TX GPIO('C', 6)
+#endif
+
+/* The alternate function of the pins */
+#if CONFIG_STM32_F2F4F7
+#define SERIAL_FUNCTION (CONFIG_STM32_USART <= 3 ? 7 : 8)
+#else
+#define SERIAL_FUNCTION 0
+#endif
+
+/* What the usart counts */
+#if CONFIG_MACH_STM32F1
+#define SERIAL_HZ (CONFIG_CLOCK_FREQ / (CONFIG_STM32_USART == 1 ? 1 : 2))
+#elif CONFIG_MACH_STM32F401
+#define SERIAL_HZ (CONFIG_CLOCK_FREQ / (CONFIG_STM32_USART % 5 == 1 ? 1 : 2))
+#elif CONFIG_STM32_F2F4F7
+#define SERIAL_HZ (CONFIG_CLOCK_FREQ / (CONFIG_STM32_USART % 5 == 1 ? 2 : 4))
+#endif
+
+#endif
