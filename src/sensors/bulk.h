@@ -26,7 +26,7 @@ struct bulk_kind {
     /* Task: read a few samples; true to be called again soon. */
     bool (*read)(struct bulk *bulk);
 
-    /* Task: samples that wait in the sensor. */
+    /* Task: samples that wait in the sensor, for bulk_send_status(). */
     uint16_t (*count_waiting)(struct bulk *bulk);
 };
 

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "core/command.h"
+#include "core/sched.h"
 #include "core/tables.h"
 #include "fakeboard.h"
 #include "tests.h"
@@ -45,9 +46,52 @@ static void send_command(void *handler)
                 (int)(sizeof((uint32_t[]){ __VA_ARGS__ }) / 4), \
                 (uint32_t[]){ __VA_ARGS__ })
 
+static void configure_peripherals(void)
+{
+    SEND(config_buttons, 9, 2);
+    SEND(buttons_add, 9, 0, 20, 1);
+    SEND(buttons_add, 9, 1, 21, 0);
+    SEND(config_counter, 10, 22, 1);
+    SEND(config_neopixel, 11, 23, 30, 100, 1000);
+    SEND(config_tmcuart, 12, 24, 1, 24, 500);
+    SEND(config_spi, 13, 25, 0);
+    SEND(spi_set_bus, 13, 0, 0, 1000000);
+    SEND(config_spi_without_cs, 14);
+    SEND(spi_set_sw_bus, 14, 26, 27, 28, 3, 10);
+    SEND(config_i2c, 15);
+    SEND(i2c_set_bus, 15, 0, 100000, 80);
+    SEND(config_i2c, 16);
+    SEND(i2c_set_sw_bus, 16, 29, 30, 10, 81);
+    SEND(config_thermocouple, 17, 13, 1);
+    SEND(config_hd44780, 18, 31, 32, 33, 34, 35, 36, 100);
+    SEND(config_st7920, 19, 37, 38, 39, 100, 100);
+}
+
+static void configure_sensors(void)
+{
+    SEND(config_sos_filter, 20, 3);
+    SEND(config_trigger_analog, 21, 20);
+    SEND(config_adxl345, 22, 13);
+    SEND(config_lis2dw, 23, 14, 0, 1);
+    SEND(config_mpu9250, 24, 15);
+    SEND(config_icm20948, 25, 16);
+    SEND(config_bmi160, 26, 15, 1);
+    SEND(config_spi_angle, 27, 13, 2);
+    SEND(config_spi_angle, 28, 13, 4);
+    SEND(config_hx71x, 29, 4, 40, 41);
+    SEND(hx71x_attach_trigger_analog, 29, 21);
+    SEND(config_ads1220, 30, 13, 42);
+    SEND(ads1220_attach_trigger_analog, 30, 21);
+    SEND(config_ads131m0x, 31, 13, 7, 8, 43);
+    SEND(config_ldc1612, 32, 15);
+    SEND(config_ldc1612_with_intb, 33, 15, 44);
+    SEND(ldc1612_attach_trigger_analog, 32, 21);
+    SEND(analog_in_attach_trigger_analog, 7, 21);
+}
+
 static void configure(void)
 {
-    SEND(allocate_oids, 10);
+    SEND(allocate_oids, 40);
     SEND(config_stepper, 0, 10, 11, 0, 100);
     SEND(config_stepper, 1, 12, 13, 255, 0);
     SEND(config_digital_out, 2, 14, 0, 0, 0);
@@ -57,6 +101,8 @@ static void configure(void)
     SEND(config_endstop, 6, 16, 1);
     SEND(config_analog_in, 7, 17);
     SEND(config_pwm_out, 8, 18, 1000, 0, 5, 90000);
+    configure_peripherals();
+    configure_sensors();
     SEND(finalize_config, 1);
 }
 
@@ -78,8 +124,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     uint32_t n_blocks;
 
-    if (size && data[0] & 128)
+    if (size && data[0] & 128) {
         configure();
+        CHECK(!sched_is_shutdown());
+    }
     while (size > 1) {
         size_t len = data[0] & 63;
         bool is_raw = data[0] & 64;
@@ -116,7 +164,7 @@ static size_t make_input(uint8_t *data, uint32_t *seed)
             uint32_t value = next_random(seed);
             if (kind < 6)
                 p = command_put_int(p, next_random(seed) % 4
-                                    ? value % 48
+                                    ? value % 120
                                     : fake.clock + value % 99999);
             else
                 *p++ = (uint8_t)value;
