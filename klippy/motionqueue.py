@@ -74,7 +74,8 @@ class McuMotion:
             return
         mcu = self.mcu
         offset, freq = mcu.calibrate_clock(last_time, eventtime)
-        self.sync.set_time(offset, freq)
+        # Half of it: the window of a step's time ends earlier by all of it
+        self.sync.set_time(offset + 0.5 * mcu.get_step_latency(), freq)
         self.sync.generate(step_gen_time)
         self.sync.flush(max(0, mcu.print_time_to_clock(flush_time)),
                         max(0, mcu.print_time_to_clock(clear_time)))

@@ -222,7 +222,8 @@ class MCU_stepper:
         if self.queue_step_tag is not None:
             mcu = self.mcu
             self.stepcompress.configure(
-                mcu.seconds_to_clock(mcu.get_max_stepper_error()),
+                mcu.seconds_to_clock(
+                    mcu.get_max_stepper_error() - 0.5 * mcu.get_step_latency()),
                 self.queue_step_tag, self.set_dir_tag, bool(self.invert_dir))
 
     # Kinematics

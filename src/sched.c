@@ -8,7 +8,7 @@
 #include "core/sched.h"
 #include "core/tables.h"
 
-/* How far the sentinel keeps ahead of the last timer. */
+/* How far ahead the sentinel is put when nothing else waits. */
 #define SENTINEL_LEAD (UINT32_C(1) << 28)
 
 DECL_CONSTANT("CLOCK_FREQ", CONFIG_CLOCK_FREQ);
@@ -17,82 +17,121 @@ DECL_CONSTANT("STATS_SUMSQ_BASE", SCHED_SUMSQ_BASE);
 
 /* ---- Timers ---- */
 
-static bool sentinel_event(struct timer *timer);
-static struct timer sentinel = { .event = sentinel_event };
-static struct timer *first_timer = &sentinel;
-
-/* It ran because nothing else waits: put it back far away. */
+/* It only gives an empty list a time to wake at. */
 static bool sentinel_event(struct timer *timer)
 {
-    timer->waketime += SENTINEL_LEAD;
-    first_timer = timer;
+    (void)timer;
     return TIMER_DONE;
 }
 
-/* The timer comes after `other`: find its place.  Out of line, so that the
- * common case of an early timer saves no registers for it. */
-static __attribute__((noinline)) void insert_behind(struct timer *other,
-                                                    struct timer *timer)
-{
-    uint32_t waketime = timer->waketime;
-    struct timer **link = &first_timer;
+static struct timer sentinel = { .event = sentinel_event };
+static struct timer *first_timer = &sentinel;
 
-    do {
-        struct timer *next = other->next;
-        if (!next) {
-            other->waketime = waketime + SENTINEL_LEAD;
-            break;
-        }
-        link = &other->next;
+/* The last timer of the list, from `other` on, that does not come after `clock`.
+ * `other` does not; the sentinel does. */
+static inline struct timer *seek_timer(struct timer *other, uint32_t clock)
+{
+#ifdef PORT_HAS_SEEK_TIMER
+    return port_seek_timer(other, clock, &sentinel);
+#else
+    struct timer *next = other->next;
+
+    while (next != &sentinel && !timer_is_before(clock, next->waketime)) {
         other = next;
-    } while (!timer_is_before(waketime, other->waketime));
-    timer->next = other;
-    *link = timer;
+        next = next->next;
+    }
+    return other;
+#endif
 }
 
-static inline void insert_timer(struct timer *timer)
+static void insert_timer(struct timer *timer)
 {
-    struct timer *first = first_timer;
+    struct timer *first = first_timer, *other;
 
-    if (!timer_is_before(timer->waketime, first->waketime)) {
-        insert_behind(first, timer);
+    if (first == &sentinel
+        || timer_is_before(timer->waketime, first->waketime)) {
+        timer->next = first;
+        first_timer = timer;
         return;
     }
-    timer->next = first;
-    first_timer = timer;
+    other = seek_timer(first, timer->waketime);
+    timer->next = other->next;
+    other->next = timer;
 }
 
 void sched_add_timer(struct timer *timer)
 {
-    irq_flag_t flag = irq_save();
+    irq_flag_t flag;
 
     if (timer_is_before(timer->waketime, timer_read_clock()))
         try_shutdown("Timer too close");
+    flag = irq_save();
     insert_timer(timer);
     if (first_timer == timer)
         timer_kick(timer->waketime);
     irq_restore(flag);
 }
 
-void sched_del_timer(struct timer *timer)
+static void unlink_timer(const struct timer *timer)
 {
-    irq_flag_t flag = irq_save();
     struct timer **link = &first_timer;
 
     while (*link && *link != timer)
         link = &(*link)->next;
     if (*link)
         *link = timer->next;
+    if (first_timer == &sentinel)
+        sentinel.waketime = timer_read_clock() + SENTINEL_LEAD;
+}
+
+void sched_move_timer(struct timer *timer, uint32_t waketime)
+{
+    unlink_timer(timer);
+    timer->waketime = waketime;
+    insert_timer(timer);
+}
+
+void sched_del_timer(struct timer *timer)
+{
+    irq_flag_t flag = irq_save();
+    bool is_first = first_timer == timer;
+
+    unlink_timer(timer);
+    if (is_first)
+        timer_kick(first_timer->waketime);
     irq_restore(flag);
 }
 
+/* The list has changed, or the timer is done. */
+static __attribute__((noinline)) uint32_t settle(struct timer *timer,
+                                                 bool again)
+{
+    if (timer != &sentinel)
+        unlink_timer(timer);
+    else
+        timer->waketime += SENTINEL_LEAD;
+    if (again)
+        insert_timer(timer);
+    return first_timer->waketime;
+}
+
+/* The timer stays in the list while its event runs: most often it is the first
+ * again. */
 uint32_t sched_run_timer(void)
 {
-    struct timer *timer = first_timer;
+    struct timer *timer = first_timer, *other;
+    bool again = timer->event(timer);
+    uint32_t waketime;
 
+    if (!again || first_timer != timer)
+        return settle(timer, again);
+    waketime = timer->waketime;
+    other = seek_timer(timer, waketime);
+    if (other == timer)
+        return waketime;
     first_timer = timer->next;
-    if (timer->event(timer))
-        insert_timer(timer);
+    timer->next = other->next;
+    other->next = timer;
     return first_timer->waketime;
 }
 
@@ -150,19 +189,19 @@ static void note_busy(uint32_t ticks)
     stats.sumsq = square < stats.sumsq ? UINT32_MAX : square;
 }
 
-/* Sleep while no task has anything to do.  Returns the clock at waking. */
+/* Sleep while no task has anything to do.  Returns the clock at waking.  A task
+ * that is woken once the flag is clear runs in the next pass. */
 static uint32_t sleep_idle(uint32_t busy_since)
 {
-    irq_disable();
     if (!has_work) {
         note_busy(timer_read_clock() - busy_since);
-        do
+        irq_disable();
+        while (!has_work)
             irq_wait();
-        while (!has_work);
+        irq_enable();
         busy_since = timer_read_clock();
     }
     has_work = 0;
-    irq_enable();
     return busy_since;
 }
 

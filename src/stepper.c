@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Step pulses from queued runs of steps.
  *
- * Three kinds of timer event make the pulses:
+ * Four kinds of timer event make the pulses:
  *   edge    the driver steps on both edges: one toggle a step
  *   inline  pulse and planning in one event, where that takes long enough
+ *   short   inline, of a run whose intervals need but 16 bits: for 8 bit cpus
  *   phased  one event for each edge, for pulses (or, with a driver that steps
  *           on both edges, pauses) of any length
  * All share advance(), which finds the time of the next step.  The direction
@@ -32,8 +33,11 @@ struct run {
     uint32_t interval;
     int16_t add;
     uint16_t count;
-    uint8_t dir;
+    uint8_t dir;          /* level of the direction pin, and RUN_SHORT */
 };
+
+/* No interval is above 16 bits: the event of such runs does for this one. */
+#define RUN_SHORT 2
 
 /* The fields that events use come first: within reach of short loads. */
 struct stepper {
@@ -46,13 +50,14 @@ struct stepper {
     bool is_high;         /* phased: within a pulse */
     bool needs_reset;     /* stopped: ignore runs until reset_step_clock */
     uint8_t next_dir;     /* of runs still to be queued */
-    struct run *first, **last;
+    struct run *first, *last;
     uint32_t step_clock;  /* phased: time of the next step */
     uint32_t pulse_ticks;
-    uint32_t end_position; /* where the current run ends, in steps */
+    uint32_t end_position; /* after all runs, in steps */
     struct gpio_out dir_pin;
     uint8_t idle_level;   /* of the step pin between pulses */
     bool is_edge;         /* steps on both edges */
+    bool is_inline;
     struct trsync_signal stop_signal;
 };
 
@@ -61,37 +66,51 @@ static const ROM struct oid_kind stepper_kind = { sizeof(struct stepper) };
 
 /* ---- Timer events ---- */
 
-/* Take the next run.  Returns false when there is none. */
-static bool load_run(struct stepper *s)
+#if CONFIG_HAVE_STEP_PULSE_INLINE
+static bool inline_event(struct timer *timer);
+#endif
+#if CONFIG_HAVE_SHORT_STEPS
+static bool short_event(struct timer *timer);
+
+/* RUN_SHORT if it applies, from the command. */
+static uint8_t check_short(uint32_t interval, int16_t add, uint16_t count)
 {
-    struct run *run = s->first;
+    int32_t last = (int32_t)interval + (int32_t)add * (count - 1);
 
-    if (!run)
-        return false;
-    s->interval = run->interval + (uint32_t)(int32_t)run->add;
-    s->add = run->add;
-    s->count = run->count;
-    if (run->dir != s->dir) {
-        s->dir = run->dir;
-        gpio_toggle_irq(s->dir_pin);
-    }
-    s->end_position += s->dir ? run->count : -(uint32_t)run->count;
-    s->first = run->next;
-    if (!s->first)
-        s->last = &s->first;
-    return true;
+    return interval <= UINT16_MAX && last >= 0 && last <= UINT16_MAX
+        ? RUN_SHORT : 0;
 }
+#else
+#define check_short(INTERVAL, ADD, COUNT) 0
+#endif
 
-/* Out of line, so that the common path saves no registers for it. */
+/* The run that begins at *clock: move it to the first step's time.  Returns
+ * false when there is none.  Out of line, so that the common path saves no
+ * registers for it. */
 static __attribute__((noinline)) bool next_run(struct stepper *s,
                                                uint32_t *clock)
 {
     struct run *run = s->first;
+    uint32_t interval;
+    int16_t add;
 
-    if (!load_run(s))
+    if (!run)
         return false;
-    *clock += run->interval;
-    movecell_give(run);
+    s->first = run->next;
+    interval = run->interval;
+    *clock += interval;
+    s->add = add = run->add;
+    s->interval = interval + (uint32_t)(int32_t)add;
+    s->count = run->count;
+    if ((run->dir ^ s->dir) & 1) {
+        s->dir = run->dir & 1;
+        gpio_toggle_irq(s->dir_pin);
+    }
+#if CONFIG_HAVE_SHORT_STEPS
+    if (s->is_inline)
+        s->timer.event = run->dir & RUN_SHORT ? short_event : inline_event;
+#endif
+    movecell_give_irq(run);
     return true;
 }
 
@@ -126,6 +145,55 @@ static bool inline_event(struct timer *timer)
     again = advance(s, &timer->waketime);
     gpio_toggle_irq(s->step_pin);
     return again;
+}
+#endif
+
+#if CONFIG_HAVE_SHORT_STEPS
+typedef uint16_t __attribute__((may_alias)) half_t;
+
+static inline void advance_short(struct stepper *s, uint16_t interval,
+                                 int16_t add)
+{
+    half_t *clock = (half_t *)&s->timer.waketime;
+    uint16_t low = (uint16_t)(clock[0] + interval);
+
+    clock[0] = low;
+    if (low < interval)
+        clock[1]++;
+    *(half_t *)&s->interval = (uint16_t)(interval + (uint16_t)add);
+}
+
+/* The last step of a run: most often another one in the same direction
+ * follows.  Out of line, as next_run(). */
+static __attribute__((noinline)) bool end_short_run(struct stepper *s)
+{
+    struct run *run = s->first;
+    bool again = TIMER_AGAIN;
+
+    if (run && run->dir == (s->dir | RUN_SHORT)) {
+        s->first = run->next;
+        s->count = run->count;
+        s->add = run->add;
+        advance_short(s, *(half_t *)&run->interval, run->add);
+        movecell_give_irq(run);
+    } else {
+        again = next_run(s, &s->timer.waketime);
+    }
+    gpio_toggle_irq(s->step_pin);
+    return again;
+}
+
+static bool short_event(struct timer *timer)
+{
+    struct stepper *s = CONTAINER_OF(timer, struct stepper, timer);
+    struct gpio_out pin = s->step_pin;
+
+    gpio_toggle_irq(pin);
+    if (!--s->count)
+        return end_short_run(s);
+    advance_short(s, *(half_t *)&s->interval, s->add);
+    gpio_toggle_irq(pin);
+    return TIMER_AGAIN;
 }
 #endif
 
@@ -182,17 +250,25 @@ static void drop_runs(struct stepper *s)
         s->first = run->next;
         movecell_give(run);
     }
-    s->last = &s->first;
+}
+
+static inline uint32_t go_back(uint32_t position, bool dir, uint32_t count)
+{
+    return dir ? position - count : position + count;
 }
 
 /* Irqs off: position after the steps made so far. */
 static uint32_t get_position(const struct stepper *s)
 {
-    uint32_t left = s->count;
+    uint32_t position = s->end_position;
+    uint16_t left = s->count;
+    const struct run *run;
 
+    for (run = s->first; run; run = run->next)
+        position = go_back(position, run->dir & 1, run->count);
     if (left && s->is_high)
         left--;
-    return s->dir ? s->end_position - left : s->end_position + left;
+    return go_back(position, s->dir, left);
 }
 
 /* Irqs off: no more steps; the rest of the queue is forgotten. */
@@ -221,9 +297,12 @@ void stepper_shutdown(void)
     int16_t oid = -1;
 
     while ((s = oid_next(&oid, &stepper_kind))) {
+        uint32_t position = get_position(s);
+
         s->first = NULL;
         s->stop_signal.on_trigger = NULL;
         stop(s);
+        s->end_position = position;
     }
 }
 DECL_SHUTDOWN(stepper_shutdown);
@@ -242,6 +321,7 @@ static void choose_event(struct stepper *s, uint32_t pulse_ticks)
 #if CONFIG_HAVE_STEP_PULSE_INLINE
     if (!s->is_edge && pulse_ticks <= STEPPER_INLINE_TICKS) {
         s->timer.event = inline_event;
+        s->is_inline = true;
         s->pulse_ticks = 0;
     }
 #endif
@@ -259,7 +339,6 @@ void command_config_stepper(const struct args_config_stepper *args)
     s->idle_level = invert > 0;
     s->step_pin = step_pin;
     s->dir_pin = dir_pin;
-    s->last = &s->first;
     choose_event(s, args->step_pulse_ticks);
     movecell_request(sizeof(struct run));
 }
@@ -284,13 +363,18 @@ void command_queue_step(const struct args_queue_step *args)
     run->interval = args->interval;
     run->count = args->count;
     run->add = args->add;
-    run->dir = s->next_dir;
+    run->dir = (uint8_t)(s->next_dir
+                         | check_short(args->interval, args->add, args->count));
     irq_disable();
     if (s->needs_reset) {
         movecell_give(run);
     } else {
-        *s->last = run;
-        s->last = &run->next;
+        s->end_position = go_back(s->end_position, !(run->dir & 1), run->count);
+        if (s->first)
+            s->last->next = run;
+        else
+            s->first = run;
+        s->last = run;
         if (!s->count)
             start(s);
     }

@@ -21,8 +21,8 @@ from klippy.mcu.pwm import MCU_pwm
 from klippy.mcu.restart import METHODS, McuRestart
 from klippy.mcu.stats import McuStats
 
-# Leaves the compression of steps a window of 10 us
-MAX_STEP_LATENCY = 0.000040
+# Leaves the compression of steps a window of 6 us
+MAX_STEP_LATENCY = 0.000044
 MAX_STEPPER_ERROR = 0.000025
 MIN_SCHEDULE_TIME = 0.100
 MAX_NOMINAL_DURATION = 3.

@@ -95,9 +95,10 @@ static inline void gpio_toggle(struct gpio_out out)
     out.port[0] = out.bit;
 }
 
+/* By way of X: Z and Y are for what has more than one field. */
 static inline void gpio_toggle_irq(struct gpio_out out)
 {
-    out.port[0] = out.bit;
+    __asm__ volatile("st %a0, %1" : : "x"(out.port), "r"(out.bit) : "memory");
 }
 
 static inline void gpio_write(struct gpio_out out, uint8_t level)

@@ -9,17 +9,25 @@
 #include "core/sched.h"
 
 #define US (CONFIG_CLOCK_FREQ / 1000000)
+/* From a match to the first look at the counter in the interrupt, and a bit */
+#define ENTRY_TICKS 96
 /* An event that is nearer than the way out of the interrupt and back in */
-#define NEAR_TICKS 80
+#define NEAR_TICKS (ENTRY_TICKS + 64)
 /* The least a compare value must lie ahead to be met */
 #define AHEAD_TICKS 32
 #define HOP_TICKS 0x8000
+/* Events this near to each other are told apart by 16 bits */
+#define REACH_TICKS 0x4000
 #define BURST_TICKS (100 * US)
 #define PAUSE_TICKS (12 * US)
 #define LATE_TICKS (1000 * US)
 
+/* Steps of other motors, inputs, outputs and bytes that come first */
+DECL_CONSTANT("STEP_LATENCY_TICKS", 44 * US);
+
 static volatile uint16_t overflows;
 static volatile uint32_t target;
+static volatile uint8_t is_hop;     /* the compare value is on the way only */
 
 static uint32_t read_clock_irq(void)
 {
@@ -54,14 +62,16 @@ static void set_compare(uint16_t clock)
         OCR1A = (uint16_t)(TCNT1 + AHEAD_TICKS);
 }
 
+/* Be in the interrupt, past its entry, at `clock`. */
 static void program(uint32_t clock, uint32_t now)
 {
-    uint32_t ahead = clock - now;
+    int32_t ahead = (int32_t)(clock - now) - ENTRY_TICKS;
 
     target = clock;
-    if ((int32_t)ahead < 0)
+    is_hop = ahead > HOP_TICKS;
+    if (ahead < 0)
         ahead = 0;
-    set_compare((uint16_t)(now + (ahead > HOP_TICKS ? HOP_TICKS : ahead)));
+    set_compare((uint16_t)(now + (is_hop ? HOP_TICKS : (uint16_t)ahead)));
 }
 
 void timer_kick(uint32_t clock)
@@ -69,28 +79,52 @@ void timer_kick(uint32_t clock)
     program(clock, read_clock_irq());
 }
 
-ISR(TIMER1_COMPA_vect)
+/* Too much at once: let others run for a moment. */
+static __attribute__((noinline)) void pause_burst(uint32_t next)
 {
-    uint32_t next = target, now = read_clock_irq(), start = now;
+    uint32_t now = read_clock_irq();
 
-    for (;;) {
-        int32_t ahead = (int32_t)(next - now);
-
-        if (ahead > NEAR_TICKS) {
-            program(next, now);
-            return;
-        }
-        if (ahead <= 0) {
-            if (now - start > BURST_TICKS)
-                break;
-            next = sched_run_timer();
-        }
-        now = read_clock_irq();
-    }
-    if (now - next > LATE_TICKS)
+    if ((int32_t)(now - next) > (int32_t)LATE_TICKS)
         sched_shutdown_late();
     program(now + PAUSE_TICKS, now);
     target = next;
+}
+
+static __attribute__((noinline)) void program_far(uint32_t next)
+{
+    program(next, read_clock_irq());
+}
+
+/* Run what is due.  From one event to the next the low half of the clock tells
+ * everything. */
+ISR(TIMER1_COMPA_vect)
+{
+    uint16_t start = TCNT1;
+    uint32_t next = target, done;
+
+    if (is_hop) {
+        program_far(next);
+        return;
+    }
+    do {
+        int16_t ahead;
+
+        while ((ahead = (int16_t)((uint16_t)next - TCNT1)) > 0) {
+            if (ahead > NEAR_TICKS) {
+                target = next;
+                is_hop = 0;
+                OCR1A = (uint16_t)next - ENTRY_TICKS;
+                return;
+            }
+        }
+        if ((uint16_t)((uint16_t)next - ahead - start) > BURST_TICKS) {
+            pause_burst(next);
+            return;
+        }
+        done = next;
+        next = sched_run_timer();
+    } while (next - done < REACH_TICKS);
+    program_far(next);
 }
 
 ISR(TIMER1_OVF_vect)

@@ -36,9 +36,11 @@ void sched_shutdown_late(void);
 
 /* Any context: is clock `a` before `b`?  Right while they are less than 2^31
  * ticks apart; the only way to compare two 32 bit clocks. */
+#ifndef PORT_HAS_TIMER_IS_BEFORE
 static inline bool timer_is_before(uint32_t a, uint32_t b)
 {
     return (int32_t)(a - b) < 0;
 }
+#endif
 
 #endif

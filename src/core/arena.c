@@ -51,13 +51,19 @@ void *movecell_take(void)
     return cell;
 }
 
-void movecell_give(void *data)
+void movecell_give_irq(void *data)
 {
-    irq_flag_t flag = irq_save();
     struct cell *cell = data;
 
     cell->next = free_cells;
     free_cells = cell;
+}
+
+void movecell_give(void *data)
+{
+    irq_flag_t flag = irq_save();
+
+    movecell_give_irq(data);
     irq_restore(flag);
 }
 

@@ -19,6 +19,7 @@ void movecell_request(uint16_t size);
 /* Any context: a cell for one queued move (not zeroed), and back. */
 void *movecell_take(void);
 void movecell_give(void *cell);
+void movecell_give_irq(void *cell); /* irqs off */
 
 /* Task: turn the rest into cells; or into an empty arena again. */
 void arena_finalize(void);

@@ -18,8 +18,8 @@
 
 struct timer {
     struct timer *next;
-    /* Irq, irqs off, a few us.  The timer is out of the list while this
-     * runs; TIMER_AGAIN puts it back at its new waketime. */
+    /* Irq, irqs off, a few us.  TIMER_AGAIN: wait for the new waketime;
+     * TIMER_DONE: no more.  It must not add its own timer. */
     bool (*event)(struct timer *timer);
     uint32_t waketime; /* clock */
 };
@@ -31,6 +31,10 @@ void sched_add_timer(struct timer *timer);
 
 /* Any context; no matter whether the timer waits. */
 void sched_del_timer(struct timer *timer);
+
+/* In a timer's event: another timer, whether it waits or not, is to wait for
+ * `waketime`, which lies ahead. */
+void sched_move_timer(struct timer *timer, uint32_t waketime);
 
 /* A task looks at its flag at each pass; whoever sets it keeps the main loop
  * from sleeping until that has happened. */

@@ -18,6 +18,8 @@ struct digital_out {
     uint32_t cycle_ticks;         /* 0: no software pwm */
     uint8_t level, default_level;
     bool is_cycling;
+    bool is_moved;                /* cycle_timer waits for restart instead */
+    uint32_t restart;
 };
 
 static const ROM struct oid_kind digital_out_kind = {
@@ -30,40 +32,58 @@ static void set_level(struct digital_out *d, uint8_t level)
     gpio_write(d->pin, level);
 }
 
+/* A cycle that was under way may end first: it does so without a pulse. */
 static bool cycle_event(struct timer *timer)
 {
     struct digital_out *d = CONTAINER_OF(timer, struct digital_out,
                                          cycle_timer);
 
+    if (d->is_moved) {
+        d->is_moved = false;
+        timer->waketime = d->restart;
+        return TIMER_AGAIN;
+    }
     gpio_toggle_irq(d->pin);
     d->level = !d->level;
     timer->waketime += d->level ? d->on_ticks : d->off_ticks;
     return TIMER_AGAIN;
 }
 
-/* Irqs off: the pulses begin with this clock. */
+static void follow(struct timed_output *out)
+{
+    struct digital_out *d = CONTAINER_OF(out, struct digital_out, out);
+
+    if (d->is_moved) {
+        d->is_moved = false;
+        sched_move_timer(&d->cycle_timer, d->restart);
+    }
+}
+
+/* Irq: the pulses begin with this clock.  The timer is moved a moment later,
+ * by follow(), if that is soon enough. */
 static void start_cycle(struct digital_out *d, uint32_t on_ticks,
                         uint32_t clock)
 {
     d->on_ticks = on_ticks;
     d->off_ticks = d->cycle_ticks - on_ticks;
-    d->cycle_timer.waketime = clock + on_ticks;
-    d->is_cycling = true;
+    d->restart = clock + on_ticks;
+    d->is_cycling = d->is_moved = true;
     set_level(d, 1);
-    sched_add_timer(&d->cycle_timer);
+    if (on_ticks < 2 * timer_from_us(TIMED_OUTPUT_FOLLOW_US))
+        follow(&d->out);
 }
 
 /* Irqs off: on for on_ticks of each cycle, from clock. */
 static bool set_output(struct digital_out *d, uint32_t on_ticks,
                        uint32_t clock)
 {
-    if (d->is_cycling)
-        sched_del_timer(&d->cycle_timer);
-    d->is_cycling = false;
     if (on_ticks && on_ticks < d->cycle_ticks) {
         start_cycle(d, on_ticks, clock);
         return false;
     }
+    if (d->is_cycling)
+        sched_del_timer(&d->cycle_timer);
+    d->is_cycling = d->is_moved = false;
     set_level(d, on_ticks != 0);
     return d->level == d->default_level;
 }
@@ -77,6 +97,7 @@ static bool apply_value(struct timed_output *out, uint32_t value,
 
 static const ROM struct timed_output_kind digital_timed_kind = {
     .apply = apply_value,
+    .follow = follow,
     .missed = DECL_STRING_ID("Missed scheduling of next digital out event"),
     .exceeds = DECL_STRING_ID(
         "Scheduled digital out event will exceed max_duration"),
@@ -151,7 +172,7 @@ void digital_out_shutdown(void)
 
     while ((d = oid_next(&oid, &digital_out_kind))) {
         timed_output_clear(&d->out);
-        d->is_cycling = false;
+        d->is_cycling = d->is_moved = false;
         set_level(d, d->default_level);
     }
 }

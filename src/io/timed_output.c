@@ -28,20 +28,80 @@ static bool plan_next(struct timed_output *out, uint32_t clock,
     return out->is_waiting;
 }
 
+static bool value_event(struct timer *timer);
+
+static struct timed_value *drop_first(struct timed_output *out)
+{
+    struct timed_value *head = out->first;
+
+    out->first = head->next;
+    if (!out->first)
+        out->last = &out->first;
+    return head;
+}
+
+static bool finish_event(struct timer *timer)
+{
+    struct timed_output *out = CONTAINER_OF(timer, struct timed_output, timer);
+    struct timed_value *head = drop_first(out);
+    uint32_t clock = head->clock;
+
+    timer->event = value_event;
+    movecell_give(head);
+    return plan_next(out, clock, out->is_default);
+}
+
+#if CONFIG_HAVE_SLOW_EVENTS
+static bool wait_a_moment(struct timer *timer,
+                          bool (*event)(struct timer *timer))
+{
+    timer->event = event;
+    timer->waketime += timer_from_us(TIMED_OUTPUT_FOLLOW_US);
+    return TIMER_AGAIN;
+}
+
+static bool follow_event(struct timer *timer)
+{
+    struct timed_output *out = CONTAINER_OF(timer, struct timed_output, timer);
+
+    out->kind->follow(out);
+    return wait_a_moment(timer, finish_event);
+}
+
+/* Other events have their turn in between, unless the next value is near. */
+static bool go_on(struct timed_output *out, const struct timed_value *next)
+{
+    struct timer *timer = &out->timer;
+
+    if (!next
+        || next->clock - timer->waketime
+            > timer_from_us(3 * TIMED_OUTPUT_FOLLOW_US))
+        return wait_a_moment(timer, out->kind->follow ? follow_event
+                                                      : finish_event);
+    if (out->kind->follow)
+        out->kind->follow(out);
+    return finish_event(timer);
+}
+#else
+static inline bool go_on(struct timed_output *out,
+                         const struct timed_value *next)
+{
+    (void)next;
+    if (out->kind->follow)
+        out->kind->follow(out);
+    return finish_event(&out->timer);
+}
+#endif
+
 static bool value_event(struct timer *timer)
 {
     struct timed_output *out = CONTAINER_OF(timer, struct timed_output, timer);
     struct timed_value *head = out->first;
-    uint32_t clock = timer->waketime, value;
 
     if (!head)
         sched_shutdown(out->kind->missed);
-    value = head->value;
-    out->first = head->next;
-    if (!out->first)
-        out->last = &out->first;
-    movecell_give(head);
-    return plan_next(out, clock, out->kind->apply(out, value, clock));
+    out->is_default = out->kind->apply(out, head->value, head->clock);
+    return go_on(out, head->next);
 }
 
 void timed_output_setup(struct timed_output *out,
@@ -66,16 +126,19 @@ void timed_output_start(struct timed_output *out, bool is_default)
     irq_restore(flag);
 }
 
-/* Irqs off: the first value of an empty queue decides the timer. */
-static void wait_for(struct timed_output *out, uint32_t clock)
+/* The first value of an empty queue decides the timer.  Nothing but the limit
+ * can happen meanwhile. */
+static void wait_for(struct timed_output *out, struct timed_value *cell)
 {
     if (out->has_limit) {
-        if (timer_is_before(out->timer.waketime, clock))
+        if (timer_is_before(out->timer.waketime, cell->clock))
             sched_shutdown(out->kind->exceeds);
         sched_del_timer(&out->timer);
         out->has_limit = false;
     }
-    out->timer.waketime = clock;
+    out->first = cell;
+    out->last = &cell->next;
+    out->timer.waketime = cell->clock;
     out->is_waiting = true;
     sched_add_timer(&out->timer);
 }
@@ -84,17 +147,21 @@ void timed_output_queue(struct timed_output *out, uint32_t clock,
                         uint32_t value)
 {
     struct timed_value *cell = movecell_take();
+    bool is_only;
     irq_flag_t flag;
 
     cell->next = NULL;
     cell->clock = clock;
     cell->value = value;
     flag = irq_save();
-    *out->last = cell;
-    out->last = &cell->next;
-    if (out->first == cell)
-        wait_for(out, clock);
+    is_only = !out->first;
+    if (!is_only) {
+        *out->last = cell;
+        out->last = &cell->next;
+    }
     irq_restore(flag);
+    if (is_only)
+        wait_for(out, cell);
 }
 
 bool timed_output_is_pending(const struct timed_output *out)
@@ -104,6 +171,7 @@ bool timed_output_is_pending(const struct timed_output *out)
 
 void timed_output_clear(struct timed_output *out)
 {
+    out->timer.event = value_event;
     out->first = NULL;
     out->last = &out->first;
     out->is_waiting = out->has_limit = false;

@@ -12,11 +12,18 @@
 #include "board/mem.h"
 #include "core/sched.h"
 
+/* A value takes effect at its clock.  With HAVE_SLOW_EVENTS what follows from it
+ * is done in two more events, so far apart each: together they would take as
+ * long as several steps. */
+#define TIMED_OUTPUT_FOLLOW_US 32
+
 struct timed_output;
 
 struct timed_output_kind {
     /* Irq: set the output; returns whether that is its default. */
     bool (*apply)(struct timed_output *out, uint32_t value, uint32_t clock);
+    /* Irq: the rest of it, a moment later; or NULL. */
+    void (*follow)(struct timed_output *out);
     uint16_t missed, exceeds; /* shutdown reasons */
 };
 
@@ -27,6 +34,7 @@ struct timed_output {
     uint32_t max_duration; /* ticks; 0: no limit */
     bool is_waiting;       /* the timer is set */
     bool has_limit;        /* ... to the end of max_duration */
+    bool is_default;       /* what was applied last */
 };
 
 /* Task: prepare, with the output at `clock` away from its default or not. */

@@ -34,6 +34,8 @@ enum {
     RX_SIZE = 4096,
     SLICE_CYCLES = 1600,        /* a running cpu always has a next event */
     BITS_A_BYTE = 10,
+    START_CYCLES = 100,         /* between the writes that start the timer */
+    MAX_BOOT_CYCLES = 1000000,
     N_ADC_VALUES = 8,           /* that libsimavr has room for */
 };
 
@@ -248,6 +250,24 @@ connect_uart(avr_t *avr)
         on_uart_out, NULL);
 }
 
+/* Power came on so long ago that the program's clock agrees with the world's:
+ * run until it has started its timer. */
+static int32_t
+start_clock(uint64_t clock)
+{
+    uint64_t started = 0;
+
+    while (!started || chip.avr->cycle - started < START_CYCLES) {
+        if (chip.avr->cycle > MAX_BOOT_CYCLES)
+            return -3;
+        chip.avr->run_cycle_limit = 1;
+        avr_run(chip.avr);
+        started = chip.timer->tov_base;
+    }
+    chip.base = clock - started;
+    return 0;
+}
+
 static int32_t
 power_on(const struct vmcu_host *host, uint64_t clock)
 {
@@ -270,7 +290,6 @@ power_on(const struct vmcu_host *host, uint64_t clock)
     avr->log = LOG_ERROR;
     chip.avr = avr;
     chip.host = *host;
-    chip.base = clock;
     chip.byte_cycles = firmware.frequency * BITS_A_BYTE
         / env_number("SIMAVR_BAUD", 250000);
     chip.entry_cycles = avr->flashend > 0x1ffff ? 5 : 4;
@@ -281,7 +300,7 @@ power_on(const struct vmcu_host *host, uint64_t clock)
     avr_irq_register_notify(
         avr_get_interrupt_irq(avr, AVR_INT_ANY) + AVR_INT_IRQ_RUNNING,
         on_interrupt, NULL);
-    return 0;
+    return start_clock(clock);
 }
 
 static int32_t

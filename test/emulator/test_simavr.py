@@ -1,49 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The AVR firmware on an emulated chip, as an mcu of the virtual world."""
 
-import os
-import pathlib
-import subprocess
-import sys
-
 import pytest
+import simavr_chip
 
 from klippy.reactor import Reactor
 from klippy.serialhdl import SerialReader
 from klippy_ext.vworld import VirtualWorld
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 pytestmark = [
     pytest.mark.emulator,
-    pytest.mark.skipif(not os.path.exists("/usr/include/simavr/sim_avr.h"),
-                       reason="needs libsimavr-dev")]
+    pytest.mark.skipif(not simavr_chip.is_installed(), reason="needs libsimavr-dev")]
 
 
 @pytest.fixture(scope="module")
 def adapter(tmp_path_factory):
-    """Path of the shared object that wraps libsimavr."""
-    path = tmp_path_factory.mktemp("simavr") / "simavr_vmcu.so"
-    subprocess.run(
-        ["cc", "-std=gnu11", "-O2", "-shared", "-fPIC", "-Wall", "-Wextra",
-         "-Werror", "-I", str(ROOT / "klippy_ext" / "csrc"),
-         "-I", "/usr/include/simavr", str(ROOT / "test/emulator/simavr_vmcu.c"),
-         "-o", str(path), "-lsimavr", "-lelf"], check=True)
-    return path
+    return simavr_chip.build_adapter(tmp_path_factory.mktemp("simavr"))
 
 
-def build_firmware(folder, chip):
-    subprocess.run(
-        ["make", "firmware", "OUT=%s/" % (folder,),
-         "KCONFIG_CONFIG=test/configs/%s.config" % (chip,),
-         "PYTHON=" + sys.executable], cwd=ROOT, check=True, capture_output=True)
-    return folder / "klipper.elf"
-
-
-@pytest.mark.parametrize("chip, adc_port", [("atmega2560", "F"), ("atmega644p", "A")])
-def test_chip_identifies_itself(chip, adc_port, adapter, tmp_path, monkeypatch):
-    monkeypatch.setenv("SIMAVR_ELF", str(build_firmware(tmp_path, chip)))
-    monkeypatch.setenv("SIMAVR_MCU", chip)
-    monkeypatch.setenv("SIMAVR_ADC_PORT", str(ord(adc_port)))
+@pytest.mark.parametrize("chip", sorted(simavr_chip.ADC_PORTS))
+def test_chip_identifies_itself(chip, adapter, tmp_path, monkeypatch):
+    simavr_chip.choose_chip(
+        monkeypatch, simavr_chip.build_firmware(tmp_path, chip), chip)
     world = VirtualWorld(seed=1)
     mcu = world.add_mcu("mcu", str(adapter))
     assert mcu.freq == 16e6

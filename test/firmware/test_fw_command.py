@@ -63,7 +63,7 @@ def test_integers_survive(board, value):
     lambda b: bytes([80]) + b[1:],
     lambda b: b[:1] + bytes([b[1] | 0x80]) + b[2:],
     lambda b: b[:-1] + b"\x00\x7e",
-    lambda b: b[2:],
+    lambda b: b"\0" + b[2:],
     lambda b: b"garbage" + b,
 ])
 def test_broken_block_is_asked_for_again(board, spoil):

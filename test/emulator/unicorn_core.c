@@ -1,0 +1,358 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * Exceptions, NVIC, SysTick and the cycle counter (ARM DDI 0403E, chapter B).
+ * All interrupts have the same priority: that of reset.
+ */
+#include <string.h>
+
+#include "unicorn_chip.h"
+
+#define SCS_BASE 0xe000e000u
+#define DWT_BASE 0xe0001000u
+#define XPSR_THUMB (1u << 24)
+#define XPSR_ALIGNED (1u << 9)
+#define XPSR_IT ((3u << 25) | (0x3fu << 10))
+#define EXC_RETURN 0xfffffff9u
+#define SYSRESETREQ 0x05fa0004u
+
+static uint32_t
+read_reg(int id)
+{
+    uint32_t value = 0;
+
+    uc_reg_read(chip.uc, id, &value);
+    return value;
+}
+
+static void
+write_reg(int id, uint32_t value)
+{
+    uc_reg_write(chip.uc, id, &value);
+}
+
+static uint32_t
+read_word(uint32_t addr)
+{
+    uint32_t value = 0;
+
+    uc_mem_read(chip.uc, addr, &value, 4);
+    return value;
+}
+
+/*
+ * Interrupts
+ */
+
+static void
+count_pending(void)
+{
+    uint32_t i;
+
+    chip.n_pending = 0;
+    for (i = VECTOR_SYSTICK; i < N_VECTORS; i++)
+        chip.n_pending += chip.pending[i] && chip.enabled[i];
+    if (chip.n_pending)
+        chip.check_irqs = true;
+}
+
+void
+core_set_pending(uint32_t vector, bool on)
+{
+    if (chip.pending[vector] == on)
+        return;
+    chip.pending[vector] = on;
+    count_pending();
+}
+
+static bool
+is_in_handler(void)
+{
+    return (read_reg(UC_ARM_REG_XPSR) & 0x1ff) != 0;
+}
+
+bool
+core_has_irq(void)
+{
+    return chip.n_pending && !(read_reg(UC_ARM_REG_PRIMASK) & 1)
+        && !is_in_handler() && !(read_reg(UC_ARM_REG_XPSR) & XPSR_IT);
+}
+
+static uint32_t
+find_irq(void)
+{
+    uint32_t i = VECTOR_SYSTICK;
+
+    while (!chip.pending[i] || !chip.enabled[i])
+        i++;
+    return i;
+}
+
+void
+core_take_irq(void)
+{
+    uint32_t vector = find_irq(), sp = read_reg(UC_ARM_REG_SP);
+    uint32_t xpsr = read_reg(UC_ARM_REG_XPSR), frame[8], entry;
+
+    if (sp & 4) {
+        sp -= 4;
+        xpsr |= XPSR_ALIGNED;
+    }
+    frame[0] = read_reg(UC_ARM_REG_R0);
+    frame[1] = read_reg(UC_ARM_REG_R1);
+    frame[2] = read_reg(UC_ARM_REG_R2);
+    frame[3] = read_reg(UC_ARM_REG_R3);
+    frame[4] = read_reg(UC_ARM_REG_R12);
+    frame[5] = read_reg(UC_ARM_REG_LR);
+    frame[6] = read_reg(UC_ARM_REG_PC);
+    frame[7] = xpsr | XPSR_THUMB;
+    sp -= 32;
+    if (uc_mem_write(chip.uc, sp, frame, sizeof(frame)))
+        chip_fault("stack of an interrupt outside of memory: 0x%08x", sp);
+    entry = read_word(chip.vtor + 4 * vector);
+    if (!(entry & 1))
+        chip_fault("vector %u is no thumb code: 0x%08x", vector, entry);
+    chip.pending[vector] = false;
+    count_pending();
+    write_reg(UC_ARM_REG_SP, sp);
+    write_reg(UC_ARM_REG_LR, EXC_RETURN);
+    write_reg(UC_ARM_REG_XPSR, XPSR_THUMB | vector);
+    write_reg(UC_ARM_REG_PC, entry);
+    chip.n_timer_irqs += vector == VECTOR_SYSTICK;
+}
+
+bool
+core_end_irq(uint32_t pc)
+{
+    uint32_t sp = read_reg(UC_ARM_REG_SP), frame[8];
+
+    if ((pc | 1) != EXC_RETURN || !is_in_handler())
+        return false;
+    if (uc_mem_read(chip.uc, sp, frame, sizeof(frame)))
+        chip_fault("stack of an interrupt outside of memory: 0x%08x", sp);
+    sp += 32 + (frame[7] & XPSR_ALIGNED ? 4 : 0);
+    write_reg(UC_ARM_REG_R0, frame[0]);
+    write_reg(UC_ARM_REG_R1, frame[1]);
+    write_reg(UC_ARM_REG_R2, frame[2]);
+    write_reg(UC_ARM_REG_R3, frame[3]);
+    write_reg(UC_ARM_REG_R12, frame[4]);
+    write_reg(UC_ARM_REG_LR, frame[5]);
+    write_reg(UC_ARM_REG_XPSR, frame[7] & ~(0x1ffu | XPSR_ALIGNED));
+    write_reg(UC_ARM_REG_SP, sp);
+    write_reg(UC_ARM_REG_PC, frame[6] | 1);
+    chip.check_irqs = chip.n_pending != 0;
+    return true;
+}
+
+/*
+ * SysTick
+ */
+
+static void
+plan_systick(uint64_t zero)
+{
+    chip.systick_zero = zero;
+    chip.systick_due = chip.systick_csr & 1 && chip.systick_rvr
+        ? zero + chip.systick_rvr + 1 : NEVER;
+    chip_wake_at(chip.systick_due);
+}
+
+void
+core_run_events(void)
+{
+    if (chip.cycle < chip.systick_due)
+        return;
+    if (chip.systick_csr & 2)
+        core_set_pending(VECTOR_SYSTICK, true);
+    chip.systick_csr |= 1u << 16;
+    plan_systick(chip.systick_due);
+}
+
+uint64_t
+core_next_event(void)
+{
+    return chip.systick_due;
+}
+
+/*
+ * Registers
+ */
+
+static uint32_t
+read_nvic(uint32_t offset, const uint8_t *flags)
+{
+    uint32_t i, word = 0, first = 16 + (offset & 0x7f) * 8;
+
+    for (i = 0; i < 32 && first + i < N_VECTORS; i++)
+        word |= (uint32_t)flags[first + i] << i;
+    return word;
+}
+
+static void
+write_nvic(uint32_t offset, uint8_t *flags, uint32_t bits, bool on)
+{
+    uint32_t i, first = 16 + (offset & 0x7f) * 8;
+
+    for (i = 0; i < 32 && first + i < N_VECTORS; i++)
+        if (bits & (1u << i))
+            flags[first + i] = on;
+    count_pending();
+}
+
+static uint32_t
+read_system(uint32_t offset)
+{
+    uint64_t left;
+
+    switch (offset) {
+    case 0x010:
+        return chip.systick_csr;
+    case 0x014:
+        return chip.systick_rvr;
+    case 0x018:
+        left = chip.systick_due - chip.cycle;
+        return chip.systick_due == NEVER ? 0 : (uint32_t)left & 0xffffff;
+    case 0xd08:
+        return chip.vtor;
+    case 0xd14:
+        return chip.ccr;
+    case 0xd80:
+        return 0xf01fe019;      /* 16 KiB, 4 ways of 128 lines */
+    case 0xdfc:
+        return chip.demcr;
+    default:
+        return 0;
+    }
+}
+
+static uint64_t
+scs_read(uc_engine *uc, uint64_t offset, unsigned size, void *param)
+{
+    uint32_t group = (uint32_t)offset & 0xf80;
+
+    (void)uc;
+    (void)size;
+    (void)param;
+    if (group == 0x100 || group == 0x180)
+        return read_nvic((uint32_t)offset, chip.enabled);
+    if (group == 0x200 || group == 0x280)
+        return read_nvic((uint32_t)offset, chip.pending);
+    return read_system((uint32_t)offset);
+}
+
+static void
+write_systick_csr(uint32_t value)
+{
+    bool starts = value & 1 && !(chip.systick_csr & 1);
+
+    chip.systick_csr = value & 7;
+    chip.enabled[VECTOR_SYSTICK] = true;
+    if (starts)
+        plan_systick(chip.cycle);
+    else if (!(value & 1))
+        chip.systick_due = NEVER;
+}
+
+static void
+write_system(uint32_t offset, uint32_t value)
+{
+    switch (offset) {
+    case 0x010:
+        write_systick_csr(value);
+        return;
+    case 0x014:
+        chip.systick_rvr = value & 0xffffff;
+        return;
+    case 0x018:
+        chip.systick_csr &= 7;
+        plan_systick(chip.cycle);
+        return;
+    case 0xd04:
+        if (value & (1u << 26))
+            core_set_pending(VECTOR_SYSTICK, true);
+        if (value & (1u << 25))
+            core_set_pending(VECTOR_SYSTICK, false);
+        return;
+    case 0xd08:
+        chip.vtor = value;
+        return;
+    case 0xd0c:
+        if (value == SYSRESETREQ)
+            chip.wants_reset = true;
+        chip_wake_at(chip.cycle);
+        return;
+    case 0xd14:
+        chip.ccr = value;
+        return;
+    case 0xdfc:
+        chip.demcr = value;
+        return;
+    default:
+        return;
+    }
+}
+
+static void
+scs_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value,
+          void *param)
+{
+    uint32_t group = (uint32_t)offset & 0xf80, word = (uint32_t)value;
+
+    (void)uc;
+    (void)size;
+    (void)param;
+    if (group == 0x100 || group == 0x180)
+        write_nvic((uint32_t)offset, chip.enabled, word, group == 0x100);
+    else if (group == 0x200 || group == 0x280)
+        write_nvic((uint32_t)offset, chip.pending, word, group == 0x200);
+    else
+        write_system((uint32_t)offset, word);
+}
+
+static uint64_t
+dwt_read(uc_engine *uc, uint64_t offset, unsigned size, void *param)
+{
+    (void)uc;
+    (void)size;
+    (void)param;
+    if (offset == 0)
+        return chip.dwt_ctrl;
+    if (offset == 4 && chip.dwt_ctrl & 1)
+        return (uint32_t)(chip.cycle - chip.cyccnt_zero);
+    return 0;
+}
+
+static void
+dwt_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value,
+          void *param)
+{
+    (void)uc;
+    (void)size;
+    (void)param;
+    if (offset == 4)
+        chip.cyccnt_zero = chip.cycle - (uint32_t)value;
+    if (offset != 0 || !(chip.demcr & (1u << 24)))
+        return;
+    chip.dwt_ctrl = (uint32_t)value;
+    if (value & 1) {
+        chip.cyccnt_zero = chip.cycle;
+        chip.is_counting = true;
+        chip_wake_at(chip.cycle);
+    }
+}
+
+void
+core_map(uc_engine *uc)
+{
+    if (uc_mmio_map(uc, SCS_BASE, 0x1000, scs_read, NULL, scs_write, NULL)
+        || uc_mmio_map(uc, DWT_BASE, 0x1000, dwt_read, NULL, dwt_write, NULL))
+        chip_fault("no registers of the core");
+}
+
+void
+core_reset(void)
+{
+    chip.systick_due = NEVER;
+    chip.vtor = 0x08000000;
+    memset(chip.pending, 0, sizeof(chip.pending));
+    memset(chip.enabled, 0, sizeof(chip.enabled));
+}
