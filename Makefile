@@ -84,7 +84,7 @@ $(VENV)/stamp-run: $(VENV)/bin/python pyproject.toml
 
 $(VENV)/stamp-test: $(VENV)/stamp-run
 	$(PIP) install "pytest>=8" "pytest-benchmark>=5" "hypothesis>=6.100" \
-	  "cffi>=1.16" build
+	  "cffi>=1.16" "unicorn>=2.1" build
 	$(PIP) install "atheris>=2.3" || echo "no atheris here: two fuzz tests are skipped"
 	touch $@
 

@@ -40,6 +40,8 @@ if [ "$1" = test ]; then
     need="$need$(missing "gcc-avr:command -v avr-gcc" \
         "avr-libc:test -d /usr/lib/avr/include" \
         "binutils-avr:command -v avr-objdump" \
+        "gcc-arm-none-eabi:command -v arm-none-eabi-gcc" \
+        "libnewlib-arm-none-eabi:test -e /usr/include/newlib/stdint.h" \
         "libsimavr-dev:test -e /usr/include/simavr/sim_avr.h" \
         "libelf-dev:test -e /usr/include/libelf.h" \
         "clang:command -v clang" \

@@ -1,0 +1,106 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * The chips: memories, peripherals, limits (data sheets; memory maps of the
+ * reference manuals).
+ */
+#include <string.h>
+
+#include "unicorn_chip.h"
+
+#define GPIO_AT(BASE, N, OFFSET, BIT) \
+    { (BASE) + 0x400 * (N), DEV_GPIO, N, 0, 0, OFFSET, BIT }
+
+static const struct device_info f1_devices[] = {
+    GPIO_AT(0x40010800, 0, 0x18, 2), GPIO_AT(0x40010800, 1, 0x18, 3),
+    GPIO_AT(0x40010800, 2, 0x18, 4), GPIO_AT(0x40010800, 3, 0x18, 5),
+    GPIO_AT(0x40010800, 4, 0x18, 6),
+    { 0x40013800, DEV_USART, 1, 37, 2, 0x18, 14 },
+    { 0x40004400, DEV_USART, 2, 38, 1, 0x1c, 17 },
+    { 0x40004800, DEV_USART, 3, 39, 1, 0x1c, 18 },
+    { 0x40012400, DEV_ADC, 0, 18, 2, 0x18, 9 },
+    { 0x40012c00, DEV_TIM, 1, 0, 2, 0x18, 11 },
+    { 0x40000000, DEV_TIM, 2, 0, 1, 0x1c, 0 },
+    { 0x40000400, DEV_TIM, 3, 0, 1, 0x1c, 1 },
+    { 0x40000800, DEV_TIM, 4, 0, 1, 0x1c, 2 },
+    { 0x40021000, DEV_RCC, 0, 0, 0, 0, 0 },
+    { 0x40022000, DEV_FLASH, 0, 0, 0, 0, 0 },
+    { 0x40003000, DEV_IWDG, 0, 0, 0, 0, 0 },
+    { 0x40010000, DEV_AFIO, 0, 0, 2, 0x18, 0 },
+    { 0, 0, 0, 0, 0, 0, 0 },
+};
+
+static const struct device_info f4_devices[] = {
+    GPIO_AT(0x40020000, 0, 0x30, 0), GPIO_AT(0x40020000, 1, 0x30, 1),
+    GPIO_AT(0x40020000, 2, 0x30, 2), GPIO_AT(0x40020000, 3, 0x30, 3),
+    GPIO_AT(0x40020000, 4, 0x30, 4), GPIO_AT(0x40020000, 5, 0x30, 5),
+    GPIO_AT(0x40020000, 6, 0x30, 6), GPIO_AT(0x40020000, 7, 0x30, 7),
+    GPIO_AT(0x40020000, 8, 0x30, 8), GPIO_AT(0x40020000, 9, 0x30, 9),
+    GPIO_AT(0x40020000, 10, 0x30, 10),
+    { 0x40011000, DEV_USART, 1, 37, 2, 0x44, 4 },
+    { 0x40004400, DEV_USART, 2, 38, 1, 0x40, 17 },
+    { 0x40004800, DEV_USART, 3, 39, 1, 0x40, 18 },
+    { 0x40004c00, DEV_USART, 4, 52, 1, 0x40, 19 },
+    { 0x40005000, DEV_USART, 5, 53, 1, 0x40, 20 },
+    { 0x40011400, DEV_USART, 6, 71, 2, 0x44, 5 },
+    { 0x40012000, DEV_ADC, 0, 18, 2, 0x44, 8 },
+    { 0x40012200, DEV_ADC, 1, 18, 2, 0x44, 10 },
+    { 0x40012300, DEV_ADC_COMMON, 0, 0, 2, 0x44, 8 },
+    { 0x40010000, DEV_TIM, 1, 0, 2, 0x44, 0 },
+    { 0x40000000, DEV_TIM, 2, 0, 1, 0x40, 0 },
+    { 0x40000400, DEV_TIM, 3, 0, 1, 0x40, 1 },
+    { 0x40000800, DEV_TIM, 4, 0, 1, 0x40, 2 },
+    { 0x40000c00, DEV_TIM, 5, 0, 1, 0x40, 3 },
+    { 0x40014000, DEV_TIM, 9, 0, 2, 0x44, 16 },
+    { 0x40014400, DEV_TIM, 10, 0, 2, 0x44, 17 },
+    { 0x40014800, DEV_TIM, 11, 0, 2, 0x44, 18 },
+    { 0x40001800, DEV_TIM, 12, 0, 1, 0x40, 6 },
+    { 0x40001c00, DEV_TIM, 13, 0, 1, 0x40, 7 },
+    { 0x40002000, DEV_TIM, 14, 0, 1, 0x40, 8 },
+    { 0x40023800, DEV_RCC, 0, 0, 0, 0, 0 },
+    { 0x40023c00, DEV_FLASH, 0, 0, 0, 0, 0 },
+    { 0x40007000, DEV_PWR, 0, 0, 1, 0x40, 28 },
+    { 0x40003000, DEV_IWDG, 0, 0, 0, 0, 0 },
+    { 0, 0, 0, 0, 0, 0, 0 },
+};
+
+/* Channels of the F1, F2, F4 and F7; unit 1 is ADC3, with port F. */
+static int
+sixteen_channels(uint8_t unit, uint8_t channel)
+{
+    static const uint8_t second[] = { 6, 7, 8, 9, 10, 3 };
+
+    if (unit == 1 && channel >= 4 && channel < 10)
+        return 5 * 16 + second[channel - 4];
+    if (unit == 1 && channel >= 14 && channel < 16)
+        return 5 * 16 + channel - 10;
+    if (channel < 8)
+        return channel;
+    if (channel < 10)
+        return 16 + channel - 8;
+    return channel < 16 ? 32 + channel - 10 : -1;
+}
+
+#define F4_MODEL(NAME, FLASH, RAM, HZ) \
+    { NAME, UC_CPU_ARM_CORTEX_M4, LINE_F2F4F7, FLASH, 0x20000000, RAM, HZ, \
+      16000000, true, false, 1, f4_devices, sixteen_channels }
+
+static const struct chip_model models[] = {
+    { "stm32f103", UC_CPU_ARM_CORTEX_M3, LINE_F1, 0x10000, 0x20000000, 0x5000,
+      72000000, 8000000, false, false, 1, f1_devices, sixteen_channels },
+    F4_MODEL("stm32f401", 0x40000, 0x10000, 84000000),
+    F4_MODEL("stm32f405", 0x100000, 0x20000, 168000000),
+    F4_MODEL("stm32f407", 0x80000, 0x20000, 168000000),
+    F4_MODEL("stm32f429", 0x200000, 0x30000, 180000000),
+    F4_MODEL("stm32f446", 0x80000, 0x20000, 180000000),
+};
+
+const struct chip_model *
+unicorn_find_model(const char *name)
+{
+    uint32_t i;
+
+    for (i = 0; i < sizeof(models) / sizeof(models[0]); i++)
+        if (name && !strcmp(models[i].name, name))
+            return &models[i];
+    return NULL;
+}
