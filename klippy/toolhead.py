@@ -145,8 +145,8 @@ class ToolHead:
         """Queue a move that starts where the newest ends."""
         if not move.move_d:
             return 0
-        if move.is_kinematic_move:
-            self.kin.check_move(move)
+        if move.is_kinematic_move and self.kin.check_move(move):
+            return self._add_parts(move)
         if move.d_e != 0.:
             self.extruder.check_move(move, 3)
         if move.extra is not None:
@@ -165,6 +165,15 @@ class ToolHead:
             self.commit(False)
         if self.print_time > self.pause_time:
             self._keep_pace()
+        return 0
+
+    def _add_parts(self, move):
+        """Queue a move in the parts for which the kinematics ask."""
+        speed = math.sqrt(move.max_cruise_v2)
+        start, ways = move.start_pos, move.axes_d
+        for share in self.kin.list_cuts(move):
+            self.move([a + d * share for a, d in zip(start, ways, strict=True)], speed)
+        self.move(move.end_pos, speed)
         return 0
 
     def _check_extra(self, move):

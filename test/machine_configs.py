@@ -3,6 +3,8 @@
 
 import math
 
+from truth import polar
+
 MOTOR = """
 [{name}]
 step_pin: P{port}0
@@ -84,13 +86,54 @@ def make_delta(advance=0.04, extra=""):
     return text + make_extruder(advance) + extra
 
 
+# Of each kind: options of [printer], and the motors with options of their own
+CURVED = {
+    "deltesian": ("max_z_velocity: 100\nprint_width: 200\nmin_angle: 8\n", {
+        "left": "rotation_distance: 40\nendstop_pin: ^PA3\nposition_endstop: 230\n"
+                "arm_length: 260\narm_x_length: 150\nhoming_speed: 60\n",
+        "right": "rotation_distance: 40\nendstop_pin: ^PB3\n",
+        "y": "rotation_distance: 40\nendstop_pin: ^PC3\nposition_endstop: 0\n"
+             "position_max: 200\nhoming_speed: 60\n"}),
+    "polar": ("max_z_velocity: 15\nmax_z_accel: 200\n", {
+        "bed": "gear_ratio: 80:16\n",
+        "arm": "rotation_distance: 40\nendstop_pin: ^PB3\nposition_endstop: 150\n"
+               "position_max: 150\nhoming_speed: 60\n",
+        "z": "rotation_distance: 8\nendstop_pin: ^PC3\nposition_endstop: 0\n"
+             "position_min: -2\nposition_max: 150\nhoming_speed: 10\n"}),
+    "rotary_delta": (
+        "max_z_velocity: 100\nshoulder_radius: 40\nshoulder_height: 400\n"
+        "minimum_z_position: -2\n", {
+            "a": "gear_ratio: 100:16\nendstop_pin: ^PA3\nposition_endstop: 200\n"
+                 "upper_arm_length: 160\nlower_arm_length: 320\nhoming_speed: 60\n",
+            "b": "gear_ratio: 100:16\nendstop_pin: ^PB3\n",
+            "c": "gear_ratio: 100:16\nendstop_pin: ^PC3\n"}),
+    "winch": ("", {
+        "a": "rotation_distance: 40\nanchor_x: 0\nanchor_y: -900\nanchor_z: -100\n",
+        "b": "rotation_distance: 40\nanchor_x: 800\nanchor_y: 500\nanchor_z: -100\n",
+        "c": "rotation_distance: 40\nanchor_x: -800\nanchor_y: 500\nanchor_z: -90\n",
+        "d": "rotation_distance: 40\nanchor_x: 10\nanchor_y: 0\nanchor_z: 1500\n"}),
+}
+
+
+def make_curved(kind, advance=0.04, extra=""):
+    """A machine of one of the kinds in CURVED."""
+    printer, motors = CURVED[kind]
+    text = ("[mcu]\nserial: /dev/null\n\n[printer]\nkinematics: %s\nmax_velocity: 200\n"
+            "max_accel: 3000\n%s" % (kind, printer))
+    for port, (name, options) in zip("ABCD", motors.items(), strict=False):
+        text += ("\n[stepper_%s]\nstep_pin: P%s0\ndir_pin: P%s1\nmicrosteps: 16\n%s"
+                 % (name, port, port, options))
+    return text + make_extruder(advance) + extra
+
+
 PRINTER_OPTIONS = ("max_accel", "square_corner_velocity", "max_z_accel",
                    "minimum_cruise_ratio")
 
 
 def find_limits(kind, config):
     """What kinematics limit beyond z; see truth.plan.plan()."""
-    return limit_at_edge if kind == "delta" else None
+    return {"delta": limit_at_edge, "deltesian": limit_flat_arms,
+            "polar": limit_turning}.get(kind)
 
 
 def limit_at_edge(move, radius=125., arm=250., velocity=300., accel=3000.):
@@ -100,3 +143,29 @@ def limit_at_edge(move, radius=125., arm=250., velocity=300., accel=3000.):
     ratio = distance / math.sqrt(arm * arm - distance * distance)
     if ratio > 3. and not move.filament_alone:
         move.limit(velocity * 3. / ratio, accel * 3. / ratio)
+
+
+def limit_flat_arms(move, reach=150., arm=260., velocity=200., accel=3000.):
+    """Where an arm of the deltesian of CURVED lies so flat that it is fast."""
+    if not move.way[0]:
+        return
+    off = max(reach + abs(move.start[0]), reach + abs(move.end[0]))
+    ratio = off / math.sqrt(arm * arm - off * off)
+    share = 0.25 if ratio > 6. else 0.5 if ratio > 3. else 1.
+    move.limit(share * velocity, share * accel)
+
+
+# Of the bed of CURVED: 50000 steps a second
+BED_SPEED = 50000. * 2. * math.pi / (200. * 16. * 5.)
+
+
+def limit_turning(move):
+    """How fast the bed of the polar machine of CURVED can turn."""
+    near, _ = polar.span(move.start, move.end)
+    if near * BED_SPEED < math.sqrt(move.vmax2) and not move.filament_alone:
+        move.limit(near * BED_SPEED, move.a)
+
+
+def cut_moves(wanted):
+    """truth.plan.plan() gets the parts of moves near the centre of a bed."""
+    return polar.cut(wanted, BED_SPEED)

@@ -8,14 +8,16 @@ from klippy.units cimport mm_s2_t, mm_s_t, mm_t
 @cython.final
 cdef class Tower:
     cdef readonly mm_t x, y
-    cdef readonly double arm2
+    cdef readonly double arm2, y_share
     # Height of the carriage at its endstop, above that of a head at z = 0
     cdef readonly mm_t top
 
     cpdef double calc_carriage(self, double x, double y, double z) except? -1.
-    @cython.locals(way=double, along=double, across2=double, reach2=double,
+    @cython.locals(way=double, way_y=double, along=double, across2=double, reach2=double,
                    slope=double, turn=double, dx=double, dy=double)
     cpdef double find_highest(self, Move move) except? -1.
+    @cython.locals(start=double)
+    cpdef double find_over(self, Move move) except? -1.
 
 
 cdef class DeltaKinematics:

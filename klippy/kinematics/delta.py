@@ -32,14 +32,18 @@ TOP_SLACK = 1e-6
 
 
 class Tower:
-    """One tower at x, y with an arm; its carriage goes up to `top`."""
+    """One tower at x, y with an arm; its carriage goes up to `top`.
 
-    def __init__(self, x, y, arm2, top):
+    y_share: 1, or 0 for an arm to which y does not matter.
+    """
+
+    def __init__(self, x, y, arm2, top, y_share=1.):
         self.x, self.y, self.arm2, self.top = x, y, arm2, top
+        self.y_share = y_share
 
     def calc_carriage(self, x, y, z):
         """Height of the carriage for a head there."""
-        dx, dy = x - self.x, y - self.y
+        dx, dy = x - self.x, (y - self.y) * self.y_share
         return z + sqrt(fmax(self.arm2 - dx * dx - dy * dy, 0.))
 
     def find_highest(self, move):
@@ -48,14 +52,15 @@ class Tower:
         It is slope * t + sqrt(reach2 - t * t) and a constant, with t from
         the foot of the tower along the way: a hill with a single top.
         """
-        way = sqrt(move.d_x * move.d_x + move.d_y * move.d_y)
+        way_y = move.d_y * self.y_share
+        way = sqrt(move.d_x * move.d_x + way_y * way_y)
         highest = fmax(
             self.calc_carriage(move.start_x, move.start_y, move.start_z),
             self.calc_carriage(move.end_x, move.end_y, move.end_z))
         if way == 0.:
             return highest
-        dx, dy = move.start_x - self.x, move.start_y - self.y
-        along = (dx * move.d_x + dy * move.d_y) / way
+        dx, dy = move.start_x - self.x, (move.start_y - self.y) * self.y_share
+        along = (dx * move.d_x + dy * way_y) / way
         across2 = fmax(dx * dx + dy * dy - along * along, 0.)
         reach2 = fmax(self.arm2 - across2, 0.)
         slope = move.d_z / way
@@ -64,6 +69,11 @@ class Tower:
             return (move.start_z + slope * (turn - along)
                     + sqrt(fmax(reach2 - turn * turn, 0.)))
         return highest
+
+    def find_over(self, move):
+        """mm by which a move leads further past the endstop than it starts."""
+        start = self.calc_carriage(move.start_x, move.start_y, move.start_z)
+        return self.find_highest(move) - fmax(self.top, start)
 
 
 def read_towers(config, rails, radius):
@@ -223,7 +233,7 @@ class DeltaKinematics:
 
     def _check_carriages(self, move):
         for rail, tower in zip(self.rails, self.towers, strict=True):
-            over = tower.find_highest(move) - tower.top
+            over = tower.find_over(move)
             if over > TOP_SLACK:
                 raise make_error(
                     move, "Move out of range", "the carriage of %s would go %.3f mm"

@@ -21,6 +21,17 @@ def invert(rows):
     return [[column[i] / scale for column in columns] for i in range(3)]
 
 
+def home_axis(homing_state, axis, rail):
+    """Move an axis towards its endstop from beyond its other end."""
+    info = rail.get_homing_info()
+    far_end = rail.get_range()[0 if info.positive_dir else 1]
+    way = HOMING_MARGIN * (info.position_endstop - far_end)
+    target, start = [None] * 4, [None] * 4
+    target[axis] = info.position_endstop
+    start[axis] = info.position_endstop - way
+    homing_state.home_rails([rail], start, target)
+
+
 class LinearMachine:
     """Rails stepper_x, stepper_y, stepper_z; each homes the axis of its name.
 
@@ -103,14 +114,8 @@ class LinearMachine:
             self.home_axis(homing_state, axis, self.rails[axis])
 
     def home_axis(self, homing_state, axis, rail):
-        """Move an axis towards its endstop from beyond its other end."""
-        info = rail.get_homing_info()
-        far_end = rail.get_range()[0 if info.positive_dir else 1]
-        way = HOMING_MARGIN * (info.position_endstop - far_end)
-        target, start = [None] * 4, [None] * 4
-        target[axis] = info.position_endstop
-        start[axis] = info.position_endstop - way
-        homing_state.home_rails([rail], start, target)
+        """Home one axis; for plug-ins that home in an order of their own."""
+        home_axis(homing_state, axis, rail)
 
     def get_status(self, eventtime):
         """homed_axes, axis_minimum, axis_maximum of printer.toolhead."""

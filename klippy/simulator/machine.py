@@ -135,12 +135,7 @@ class SimMachine:
 
     def calc_position(self):
         """(x, y, z) in mm where the nozzle really stands; None if unknown."""
-        carriages = self.axes.calc_carriages(self.get_step_counts())
-        if self.axes.kinematics == "delta":
-            return axes.calc_delta_point(self.config, carriages)
-        if not self.axes.is_known or set(carriages) != set("xyz"):
-            return None
-        return tuple(carriages[letter] for letter in "xyz")
+        return axes.calc_point(self.config, self.axes, self.get_step_counts())
 
     def get_temperatures(self):
         """{heater section: degC of its block}."""

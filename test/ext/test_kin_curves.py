@@ -18,29 +18,25 @@ from klippy_ext.kin_winch import RadiusKinematics, WinchKinematics
 ANCHORS = ((-900.0, -700.0, 20.0), (850.0, -750.0, 40.0), (0.0, 950.0, 1500.0))
 ARMS = [(80.0, 260.0, math.radians(d), 90.0, 240.0) for d in (30.0, 150.0, 270.0)]
 TOWERS = ((250.0, -140.0), (260.0, 150.0))
+# Of each kind: (kinematics, exact position, parameters of each), step distance
 KINDS = {
-    "winch": ([(WinchKinematics(*a), curves.cable(a)) for a in ANCHORS], 0.01),
-    "rotary_delta": ([(RotaryDeltaKinematics(*a), curves.rotary_arm(*a))
-                      for a in ARMS], 0.0001),
-    "deltesian": ([(DeltesianKinematics(a * a, x), curves.deltesian_carriage(a, x))
-                   for a, x in TOWERS], 0.01),
-    "radius": ([(RadiusKinematics(), curves.radius)], 0.01),
+    "winch": (WinchKinematics, lambda *a: curves.cable(a), ANCHORS, 0.01),
+    "rotary_delta": (RotaryDeltaKinematics, curves.rotary_arm, ARMS, 0.0001),
+    "deltesian": (lambda arm, x: DeltesianKinematics(arm * arm, x),
+                  curves.deltesian_carriage, TOWERS, 0.01),
+    "radius": (RadiusKinematics, lambda: curves.radius, [()], 0.01),
 }
 
 
 def make_rig(kind, start, **options):
-    steppers, step_dist = KINDS[kind]
-    fresh = {"winch": lambda i: WinchKinematics(*ANCHORS[i]),
-             "rotary_delta": lambda i: RotaryDeltaKinematics(*ARMS[i]),
-             "deltesian": lambda i: DeltesianKinematics(TOWERS[i][0] ** 2, TOWERS[i][1]),
-             "radius": lambda i: RadiusKinematics()}[kind]
-    return Rig([fresh(i) for i in range(len(steppers))], step_dist, start=start,
-               **options)
+    make, _, parameters, step_dist = KINDS[kind]
+    return Rig([make(*p) for p in parameters], step_dist, start=start, **options)
 
 
 def check_all(kind, rig):
-    for oid, (_, position) in enumerate(KINDS[kind][0]):
-        rig.check(lambda path, t, f=position: f(path.xyz(t)), oid)
+    _, exact, parameters, _ = KINDS[kind]
+    for oid, p in enumerate(parameters):
+        rig.check(lambda path, t, f=exact(*p): f(path.xyz(t)), oid)
 
 
 @pytest.mark.parametrize("kind", KINDS)

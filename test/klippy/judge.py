@@ -8,7 +8,7 @@ rested before the job, and the times at which print_time was moved ahead.
 import dataclasses
 
 import numpy as np
-from truth import gcode, machines, plan
+from truth import curves, gcode, machines, plan
 from truth.path import Path
 from truth.steps import TOLERANCE, check_counts, check_steps, worst_error
 
@@ -32,9 +32,10 @@ class Judge:
     """Checks the steps of one run of a job against the model."""
 
     def __init__(self, run, config_text, job, start, smooth_time=0.04,
-                 extra_limit=None, tolerance=TOLERANCE):
-        """start: Snapshot before the job.  extra_limit: see truth.plan.plan()."""
+                 extra_limit=None, tolerance=TOLERANCE, cut=None):
+        """start: Snapshot before the job.  extra_limit, cut: see truth.plan.plan()."""
         self.run, self.start, self.extra_limit = run, start, extra_limit
+        self.cut = cut
         self.config = machines.read_config(config_text)
         self.smooth_time = smooth_time
         self.bound = tolerance
@@ -51,6 +52,8 @@ class Judge:
         for name, (function, step_dist) in machines.steppers(self.config).items():
             motors.append(self._make_motor(
                 name, lambda path, t, f=function: f(path.xyz(t)), step_dist))
+        if "stepper_bed" in self.config:
+            motors.append(self._make_bed("stepper_bed"))
         if "extruder" in self.config:
             section = self.config["extruder"]
             motors.append(self._make_motor(
@@ -65,6 +68,20 @@ class Judge:
         return Motor(name, lambda path, t: function(path, t) - origin, step_dist,
                      times, directions, self.start.counts[name])
 
+    def _make_bed(self, name):
+        """A bed that turns: its path begins in the turn in which it then is."""
+        step_dist = machines.step_distance(self.config[name])
+        origin, start_count = self.start.origins[name], self.start.counts[name]
+        times, directions = self.run.get_steps(name)
+
+        def position(path, t):
+            done = directions[:np.searchsorted(times, path.t0[0])]
+            is_at = origin + (start_count + np.sum(done)) * step_dist
+            angle = np.arctan2(path.y[0], path.x[0])
+            turns = np.round((is_at - angle) / (2. * np.pi))
+            return curves.bed_angle(path, t, angle + 2. * np.pi * turns) - origin
+        return Motor(name, position, step_dist, times, directions, start_count)
+
     # When sequences begin
 
     def find_path(self):
@@ -73,7 +90,7 @@ class Judge:
         everything = np.sort(np.concatenate([m.times for m in self.motors]))
         pause, self.begins = 0., []
         for sequence in self.sequences:
-            moves = plan.plan(sequence.moves, self.extra_limit)
+            moves = plan.plan(sequence.moves, self.extra_limit, self.cut)
             if moves:
                 begin = self._find_start(moves, time, pause, everything)
                 self.begins.append(begin)

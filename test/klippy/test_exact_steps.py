@@ -13,9 +13,12 @@ from printer_run import PrinterRun
 
 SAMPLES = pathlib.Path(__file__).resolve().parents[2] / "config" / "samples"
 LINEAR = ("cartesian", "corexy", "corexz", "hybrid_corexy", "hybrid_corexz")
-KINDS = (*LINEAR, "delta")
-# Of the samples' bed to the middle of the machine
-CENTRE = {**dict.fromkeys(LINEAR, (0., 0.)), "delta": (-100., -100.)}
+KINDS = (*LINEAR, "delta", *machine_configs.CURVED)
+# Where jobs begin, and from the samples' bed to there
+PLACE = {**dict.fromkeys(LINEAR, (100., 100.)), "delta": (0., 0.),
+         "deltesian": (0., 100.), "polar": (60., 50.), "rotary_delta": (0., 0.),
+         "winch": (0., 0.)}
+CENTRE = {kind: (x - 100., y - 100.) for kind, (x, y) in PLACE.items()}
 EDGE = 80.
 PREPARE = "G28\nG90\nM83\nG1 X%g Y%g Z3 F6000\n"
 
@@ -55,17 +58,19 @@ G1 X3
 def make_config(kind, advance=0.04):
     if kind == "delta":
         return machine_configs.make_delta(advance, machine_configs.BED)
+    if kind in machine_configs.CURVED:
+        return machine_configs.make_curved(kind, advance, machine_configs.BED)
     return machine_configs.make_axes(kind, advance, machine_configs.BED)
 
 
 def run_job(tmp_path, kind, job, advance=0.04, seed=1):
     """Home, go to the middle, run the job; returns (PrinterRun, Judge)."""
     config = make_config(kind, advance)
-    x, y = (0., 0.) if kind == "delta" else (100., 100.)
-    run = PrinterRun(config, tmp_path, seed).run([PREPARE % (x, y), job], 1)
+    run = PrinterRun(config, tmp_path, seed).run([PREPARE % PLACE[kind], job], 1)
     start = run.snapshots[0]
     judge = Judge(run, config, "G90\nM83\n" + job, start,
-                  extra_limit=machine_configs.find_limits(kind, config))
+                  extra_limit=machine_configs.find_limits(kind, config),
+                  cut=machine_configs.cut_moves if kind == "polar" else None)
     return run, judge
 
 
@@ -103,6 +108,8 @@ def shift(line, dx, dy):
     if not line.startswith(("G0 ", "G1 ")) or not (dx or dy):
         return line
     for axis, way in (("X", dx), ("Y", dy)):
+        if not way:
+            continue
         line = re.sub(axis + r"(-?[\d.]+)",
                       lambda m, a=axis, d=way: "%s%.4f" % (
                           a, max(-EDGE, min(float(m[1]) + d, EDGE))), line)
@@ -117,7 +124,8 @@ def print_sample(tmp_path, name, kind, advance, n_lines=None):
     path.write_text(job)
     run = PrinterRun(config, tmp_path).run([before, path], 1)
     judge = Judge(run, config, job, run.snapshots[0],
-                  extra_limit=machine_configs.find_limits(kind, config))
+                  extra_limit=machine_configs.find_limits(kind, config),
+                  cut=machine_configs.cut_moves if kind == "polar" else None)
     return judge.check()
 
 
@@ -143,6 +151,18 @@ def test_edge_of_a_delta(tmp_path):
     run, judge = run_job(tmp_path, "delta", job)
     judge.check()
     judge.extra_limit = None
+    with pytest.raises(AssertionError):
+        judge.check()
+
+
+def test_past_the_centre_of_a_bed(tmp_path):
+    job = "".join("G1 X%g Y%g E0.2 F6000\n" % point for point in (
+        (-60., -49.), (-60., 0.5), (60., 0.5), (3., -0.2), (-3., 0.4), (0.4, 0.4),
+        (0.4, -40.), (-0.1, 40.)))
+    _, judge = run_job(tmp_path, "polar", job)
+    assert judge.check()["stepper_bed"] > 50000
+    # it is slow there: nothing is as planned without that
+    judge.cut = None
     with pytest.raises(AssertionError):
         judge.check()
 

@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 
+from truth import curves
+
 
 def read_config(text):
     """Sections of a printer.cfg as {section: {option: text}}."""
@@ -16,14 +18,14 @@ def read_config(text):
 
 
 def step_distance(section):
-    """mm of one microstep."""
+    """mm (radians, with gears only) of one microstep."""
     gear = 1.0
     for pair in filter(None, section.get("gear_ratio", "").split(",")):
         a, b = pair.split(":")
         gear *= float(a) / float(b)
     full = float(section.get("full_steps_per_rotation", 200))
-    return float(section["rotation_distance"]) / (
-        full * float(section["microsteps"]) * gear)
+    turn = float(section.get("rotation_distance", 2. * math.pi))
+    return turn / (full * float(section["microsteps"]) * gear)
 
 
 def cartesian(config):
@@ -74,9 +76,42 @@ def delta_carriage(arm, tower_x, tower_y):
     return height
 
 
+def deltesian(config):
+    left, right = config["stepper_left"], config["stepper_right"]
+    functions = {"stepper_y": lambda p: p[:, 1]}
+    for name, side, section in (("stepper_left", -1., left),
+                                ("stepper_right", 1., {**left, **right})):
+        functions[name] = curves.deltesian_carriage(
+            float(section["arm_length"]), side * float(section["arm_x_length"]))
+    return functions
+
+
+def rotary_delta(config):
+    printer, base = config["printer"], config["stepper_a"]
+    functions = {}
+    for name, default in (("stepper_a", 30.), ("stepper_b", 150.), ("stepper_c", 270.)):
+        section = {**base, "angle": default, **config[name]}
+        functions[name] = curves.rotary_arm(
+            float(printer["shoulder_radius"]), float(printer["shoulder_height"]),
+            math.radians(float(section["angle"])), float(section["upper_arm_length"]),
+            float(section["lower_arm_length"]))
+    return functions
+
+
+def winch(config):
+    return {name: curves.cable([float(section["anchor_" + axis]) for axis in "xyz"])
+            for name, section in config.items() if "anchor_x" in section}
+
+
+def polar(config):
+    """Without the bed, whose turns depend on the whole path."""
+    return {"stepper_arm": curves.radius, "stepper_z": lambda p: p[:, 2]}
+
+
 KINEMATICS = {"cartesian": cartesian, "corexy": corexy, "corexz": corexz,
               "hybrid_corexy": hybrid_corexy, "hybrid_corexz": hybrid_corexz,
-              "delta": delta}
+              "delta": delta, "deltesian": deltesian, "rotary_delta": rotary_delta,
+              "winch": winch, "polar": polar}
 
 
 def steppers(config):

@@ -45,11 +45,14 @@ class Planned:
         self.g = min(self.g, self.a)
 
 
-def plan(wanted, extra_limit=None):
+def plan(wanted, extra_limit=None, cut=None):
     """Planned moves for the Wanted between two rests.
 
     extra_limit(move): what else the machine limits, by move.limit().
+    cut(wanted): the same moves in the parts that the machine makes of them.
     """
+    if cut is not None:
+        wanted = cut(wanted)
     moves = [m for m in (allow(w) for w in wanted) if m is not None]
     if extra_limit is not None:
         for move in moves:

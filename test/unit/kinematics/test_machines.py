@@ -13,6 +13,12 @@ TOURS = {
     "corexz": ("G1 X50 Y60 Z7 F6000\nG1 X20 Y90 Z3.3", 0.0125),
     "hybrid_corexy": ("G1 X50 Y60 Z7 F6000\nG1 X20 Y90 Z3.3", 0.0125),
     "hybrid_corexz": ("G1 X50 Y60 Z7 F6000\nG1 X20 Y90 Z3.3", 0.0125),
+    "delta": ("G1 X50 Y60 Z7 F6000\nG1 X-20 Y90 Z3.3", 0.025),
+    "deltesian": ("G1 X50 Y60 Z7 F6000\nG1 X-20 Y90 Z3.3", 0.025),
+    "rotary_delta": ("G1 X50 Y60 Z7 F6000\nG1 X-20 Y70 Z3.3", 0.05),
+    "polar": ("G1 X50 Y60 Z7 F6000\nG1 X-20 Y90 Z3.3\nG1 X20 Y-90\nG1 X60 Y-90\n"
+              "G1 X0 Y0\nG1 X30 Y-20", 0.025),
+    "winch": ("G1 X50 Y60 Z7 F6000\nG1 X-20 Y90 Z3.3", 0.05),
 }
 
 
@@ -32,6 +38,6 @@ def test_sample_homes_and_moves(tmp_path, monkeypatch, kind):
                                    for s in kin.get_steppers()})
         assert found == pytest.approx(it.toolhead.get_position()[:3], abs=bound)
         it.send("M84")
-        assert it.get("toolhead")["homed_axes"] == ""
+        assert it.get("toolhead")["homed_axes"] == ("xyz" if kind == "winch" else "")
     text = (CONFIG / ("sample-%s.cfg" % kind)).read_text()
     motion_bench.MotionBench(tmp_path, monkeypatch, text).run_ready(body)

@@ -3,7 +3,7 @@
 import pytest
 
 from klippy.errors import ConfigError
-from klippy.simulator import axes
+from klippy.simulator import axes, curved
 from klippy.simulator.settings import MachineConfig, Section
 
 STEPPER = {"step_pin": "PA0", "dir_pin": "PA1", "microsteps": "16",
@@ -109,7 +109,7 @@ def test_delta_starts_in_the_middle_and_homes_upwards():
     config.sections["stepper_b"].options["endstop_pin"] = "PB1"
     config.sections["stepper_c"].options["endstop_pin"] = "PB2"
     built = axes.build_axes(config)
-    x, y, z = axes.calc_delta_point(config, built.start)
+    x, y, z = curved.calc_delta_point(config, built.start)
     assert (x, y) == pytest.approx((0.0, 0.0), abs=1e-9)
     assert z == pytest.approx(built.start["a"])
     assert 0.0 < z < 297.05
@@ -131,4 +131,4 @@ def test_delta_point_inverts_the_tower_equation():
         carriage = point[2] + math.sqrt(
             333.0 ** 2 - (tx - point[0]) ** 2 - (ty - point[1]) ** 2)
         heights[name] = carriage - math.sqrt(333.0 ** 2 - 174.75 ** 2)
-    assert axes.calc_delta_point(config, heights) == pytest.approx(point)
+    assert curved.calc_delta_point(config, heights) == pytest.approx(point)
