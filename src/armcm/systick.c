@@ -14,6 +14,11 @@
 #define ENTRY_TICKS 32
 /* An event this near is waited for */
 #define NEAR_TICKS (ENTRY_TICKS + 48)
+/* From here to what an event does */
+#define LEAD_TICKS 16
+
+/* Steps of other motors, inputs, outputs and bytes that come first */
+DECL_CONSTANT("STEP_LATENCY_TICKS", 400);
 
 static uint32_t target;
 
@@ -59,7 +64,7 @@ void armcm_timer_irq(void)
             set_alarm((uint32_t)ahead - ENTRY_TICKS);
             return;
         }
-        if (ahead > 0)
+        if (ahead > LEAD_TICKS)
             continue;
         if (now - start > BURST_TICKS) {
             target = next;

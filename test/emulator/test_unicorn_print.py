@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A real file printed by emulated STM32 chips."""
+
+import machine_configs
+import pytest
+import unicorn_board
+from judge import Judge
+from printer_run import PrinterRun
+from test_exact_steps import cut_sample
+
+pytestmark = [pytest.mark.emulator,
+              pytest.mark.skipif(bool(unicorn_board.why_not()),
+                                 reason=unicorn_board.why_not())]
+
+# Pins that the chips have for these purposes
+PINS = {"PE5": "PA4", "PF4": "PD4", "PF5": "PA5", "PF6": "PD6"}
+
+
+@pytest.fixture(scope="module")
+def adapter(tmp_path_factory):
+    return unicorn_board.build_adapter(tmp_path_factory.mktemp("unicorn"))
+
+
+def make_config(adapter):
+    config = machine_configs.make_axes("cartesian", 0.04, machine_configs.BED)
+    for name, pin in PINS.items():
+        config = config.replace(name, pin)
+    return config + "\n[simulator]\nfirmware: %s\n" % (adapter,)
+
+
+def print_and_judge(folder, adapter, n_lines):
+    config = make_config(adapter)
+    before, job = cut_sample("cube20.gcode", "cartesian", n_lines)
+    path = folder / "job.gcode"
+    path.write_text(job)
+    # With seed 0 the clock of the world starts at 0, as that of a chip does
+    run = PrinterRun(config, folder, seed=0).run([before, path], 1)
+    judge = Judge(run, config, job, run.snapshots[0],
+                  extra_limit=machine_configs.find_limits("cartesian", config))
+    return judge.check()
+
+
+@pytest.mark.parametrize("chip", ["stm32f103", "stm32f407"])
+def test_2000_moves_of_a_file(chip, tmp_path, adapter, monkeypatch):
+    firmware = unicorn_board.build_firmware(tmp_path / "out", chip)
+    unicorn_board.choose_chip(monkeypatch, firmware, chip)
+    counts = print_and_judge(tmp_path, adapter, 2300)
+    assert counts["stepper_x"] > 100000
