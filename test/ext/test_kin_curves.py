@@ -35,8 +35,8 @@ def make_rig(kind, start, **options):
 
 def check_all(kind, rig):
     _, exact, parameters, _ = KINDS[kind]
-    for oid, p in enumerate(parameters):
-        rig.check(lambda path, t, f=exact(*p): f(path.xyz(t)), oid)
+    for oid, position in enumerate([exact(*p) for p in parameters]):
+        rig.check(lambda path, t, f=position: f(path.xyz(t)), oid)
 
 
 @pytest.mark.parametrize("kind", KINDS)
