@@ -93,7 +93,10 @@ class MessageParser:
 
         Raises error if it is damaged or not a dictionary.
         """
-        table = load_dictionary(data, decompress)
+        try:
+            table = load_dictionary(data, decompress)
+        except error as err:
+            raise error(self.warn_prefix + str(err))
         self._raw_data = data
         self._constants = dict(table["config"])
         for name, values in table.get("enumerations", {}).items():

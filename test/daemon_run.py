@@ -98,12 +98,12 @@ class Host(run.Daemon):
             self.world, session.load_sections(str(self.config_path)), 1)
         self.bodies, self.failure, self.client, self.boots = [], None, None, 0
 
-    def run_boots(self, *bodies):
+    def run_boots(self, *bodies, restart="gcode/restart"):
         """Call one body(host) a boot, once the printer started or cannot.
 
-        RESTART comes between two of them.
+        restart: the request that comes between two of them.
         """
-        self.bodies = list(bodies)
+        self.bodies, self.restart = list(bodies), restart
         status = self.run()
         self.client.close()
         if self.failure is not None:
@@ -112,7 +112,8 @@ class Host(run.Daemon):
 
     def _make_start_args(self):
         super()._make_start_args()
-        self.start_args["machine"] = self.machine
+        if self.machine is not None:
+            self.start_args["machine"] = self.machine
 
     def _make_clock(self):
         return self.world
@@ -134,7 +135,7 @@ class Host(run.Daemon):
         except BaseException as err:
             self.failure, self.bodies = err, []
         if self.bodies:
-            self.client.send("gcode/restart")
+            self.client.send(self.restart)
         else:
             os.kill(os.getpid(), signal.SIGTERM)
 

@@ -21,6 +21,8 @@ from klippy.mcu.pwm import MCU_pwm
 from klippy.mcu.restart import METHODS, McuRestart
 from klippy.mcu.stats import McuStats
 
+# Start argument: names of mcus that a firmware restart did not reach
+NOT_RESTARTED = "not_restarted"
 # Leaves the compression of steps a window of 6 us
 MAX_STEP_LATENCY = 0.000044
 MAX_STEPPER_ERROR = 0.000025
@@ -170,8 +172,7 @@ class MCU:
                     raise McuError("Unable to configure MCU '%s'%s"
                                    % (self._name, self._faults.get_hint()))
             else:
-                if self._printer.get_start_args().get("start_reason") \
-                        == "firmware_restart":
+                if self._was_restarted():
                     raise McuError("Failed automated reset of MCU '%s'"
                                    % (self._name,))
                 self._send_config(True, config_params["crc"])
@@ -215,10 +216,17 @@ class MCU:
         for cmd in self._config.encode(parser, is_configured):
             self._serial.raw_send(cmd)
 
+    def _was_restarted(self):
+        """True if the mcu was reset for the start of this printer."""
+        args = self._printer.get_start_args()
+        return (args.get("start_reason") == "firmware_restart"
+                and self._name not in args.get(NOT_RESTARTED, ()))
+
     def _demand_restart(self, reason):
         """Have the host restart all firmware, unless that was just done."""
-        if self._printer.get_start_args().get("start_reason") == "firmware_restart":
+        if self._was_restarted():
             return
+        self._printer.get_start_args().get(NOT_RESTARTED, set()).discard(self._name)
         logging.info("mcu '%s': attempting a restart: %s", self._name, reason)
         self._printer.request_exit("firmware_restart")
         self._reactor.pause(self._reactor.monotonic() + RESTART_WAIT)
@@ -408,8 +416,15 @@ class MCU:
         self.send_emergency_stop()
 
     def _handle_firmware_restart(self, force=False):
-        if not self.is_fileoutput():
+        if self.is_fileoutput():
+            return
+        try:
             self.microcontroller_restart()
+        except McuError as err:
+            # a lost board may be there again when the printer connects anew
+            logging.warning("%s; connecting to it anew", err)
+            self._printer.get_start_args().setdefault(
+                NOT_RESTARTED, set()).add(self._name)
 
     def microcontroller_restart(self):
         """Restart this mcu.  Raises McuError if that cannot be done."""
