@@ -12,6 +12,7 @@ import cython
 from klippy import stepper
 from klippy.errors import CommandError
 from klippy.gcode_command import Coord
+from klippy.kinematics.delta_calibration import DeltaCalibration
 from klippy.kinematics.limits import make_error
 from klippy.mathutil import trilateration
 from klippy_ext import kin_delta
@@ -261,6 +262,15 @@ class DeltaKinematics:
         start[2] -= HOMING_MARGIN * way
         homing_state.home_rails(self.rails, [*start, None],
                                 [*self.home_position, None])
+
+    def get_calibration(self):
+        """The DeltaCalibration by which the machine moves."""
+        return DeltaCalibration(
+            self.radius,
+            tuple(math.degrees(math.atan2(t.y, t.x)) % 360. for t in self.towers),
+            tuple(math.sqrt(tower.arm2) for tower in self.towers),
+            tuple(r.get_homing_info().position_endstop for r in self.rails),
+            tuple(rail.get_steppers()[0].get_step_dist() for rail in self.rails))
 
     def get_status(self, eventtime):
         """Status of printer.toolhead: homed_axes, ranges, cone_start_z."""

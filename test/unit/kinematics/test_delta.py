@@ -10,6 +10,7 @@ import pytest
 
 from klippy.errors import CommandError
 from klippy.kinematics.delta import Tower
+from klippy.kinematics.delta_calibration import list_free
 from klippy.lookahead import MotionLimits, Move
 
 SAMPLE = pathlib.Path(__file__).resolve().parents[3] / "config" / "sample-delta.cfg"
@@ -131,6 +132,30 @@ def test_towers_of_their_own(make_bench):
         assert max(it.get_error()) < 0.03
     make_bench(stepper_b="arm_length: 334", stepper_c="angle: 91\nposition_endstop: 298"
                ).run_ready(body)
+
+
+def test_calibration(make_bench):
+    def body(it):
+        kin = it.toolhead.get_kinematics()
+        found = kin.get_calibration()
+        assert found.radius == RADIUS and found.angles == pytest.approx(
+            (210., 330., 91.))
+        assert found.arms == pytest.approx((ARM, 334., ARM))
+        it.send("G28\nG1 X30 Y-20 Z10 F6000\nM400")
+        point = it.toolhead.get_position()[:3]
+        steps = found.find_steps(point)
+        for motor, tower, count in zip(kin.get_steppers(), kin.towers, steps,
+                                       strict=True):
+            below = (tower.top - motor.get_commanded_position()) / 0.0125
+            assert count == pytest.approx(below, abs=0.51)
+        assert found.find_point(steps) == pytest.approx(point)
+        parameters = found.get_parameters()
+        assert found.replace_parameters(parameters) == found
+        parameters["endstop_b"] += 1.
+        assert found.replace_parameters(parameters).find_point(steps)[2] != point[2]
+        assert set(list_free(True)) <= set(parameters)
+        assert ("stepper_c", "angle", "91.000000") in found.list_options()
+    make_bench(stepper_b="arm_length: 334", stepper_c="angle: 91").run_ready(body)
 
 
 @pytest.mark.parametrize("section, lines, words", [
