@@ -99,13 +99,28 @@ def write_with_backup(path, text, now):
     backup = path.with_name("%s-%s.cfg" % (stem, now.strftime("%Y%m%d_%H%M%S")))
     temporary = path.with_name(stem + "_autosave.cfg")
     old, status = path.read_bytes(), path.stat()
-    _write_synced(backup, old)
-    _write_synced(temporary, text.encode("utf-8", "surrogateescape"))
-    os.chmod(temporary, status.st_mode & 0o7777)
-    os.replace(temporary, path)
-    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        _write_synced(backup, old)
+        _write_synced(temporary, text.encode("utf-8", "surrogateescape"))
+        os.chmod(temporary, status.st_mode & 0o7777)
+        os.replace(temporary, path)
+    except OSError:
+        for unneeded in (temporary, backup):
+            unneeded.unlink(missing_ok=True)
+        raise
+    _sync_folder(path.parent)
+
+
+def _sync_folder(path):
+    """Have the disk keep the new names too; both are good files if it does not."""
+    try:
+        folder = os.open(path, os.O_RDONLY)
+    except OSError:
+        return
     try:
         os.fsync(folder)
+    except OSError as err:
+        logging.warning("the folder '%s' was not synced: %s", path, err)
     finally:
         os.close(folder)
 

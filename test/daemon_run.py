@@ -12,6 +12,8 @@ import pathlib
 import signal
 import socket
 
+import greenlet
+
 from klippy.cli import run
 from klippy.simulator import session
 from klippy.simulator.machine import SimMachine
@@ -82,8 +84,11 @@ class Client:
 class Host(run.Daemon):
     """A daemon that a test drives, boot after boot, on one machine."""
 
-    def __init__(self, folder, machine_config):
-        """machine_config: text of the printer.cfg that the machine is made by."""
+    def __init__(self, folder, machine_config, options=()):
+        """machine_config: text of the printer.cfg that the machine is made by.
+
+        options: more arguments of the command line.
+        """
         self.folder = pathlib.Path(folder)
         self.config_path = self.folder / "printer.cfg"
         self.socket_path = self.folder / "api"
@@ -91,7 +96,7 @@ class Host(run.Daemon):
         run.add_arguments(parser)
         super().__init__(parser.parse_args([
             str(self.config_path), "-a", str(self.socket_path),
-            "-I", str(self.folder / "tty")]))
+            "-I", str(self.folder / "tty"), *options]))
         self.config_path.write_text(machine_config)
         self.world = VirtualWorld(seed=1)
         self.machine = SimMachine(
@@ -132,6 +137,8 @@ class Host(run.Daemon):
             while self.info()["state"] == "startup":
                 self.pause(0.1)
             self.bodies.pop(0)(self)
+        except greenlet.GreenletExit:
+            return          # the printer ended meanwhile, as by SAVE_CONFIG
         except BaseException as err:
             self.failure, self.bodies = err, []
         if self.bodies:

@@ -7,11 +7,11 @@ from daemon_run import Host
 
 @pytest.fixture
 def make_host(tmp_path, caplog):
-    """make_host(config) gives a Host; no exception may escape in it."""
+    """make_host(config, options) gives a Host; no exception may escape in it."""
     hosts = []
 
-    def make(config):
-        hosts.append(Host(tmp_path, config))
+    def make(config, options=()):
+        hosts.append(Host(tmp_path, config, options))
         return hosts[-1]
     yield make
     escaped = [r for r in caplog.get_records("call") if r.exc_info is not None]

@@ -10,7 +10,6 @@ import sys
 import zlib
 
 import pytest
-from daemon_run import Host
 from machine_configs import BED, make_axes
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]

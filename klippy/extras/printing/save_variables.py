@@ -8,6 +8,7 @@ values or the new ones.
 import configparser
 import io
 import os
+import pathlib
 
 from klippy.extras.gcode_macro import parse_literal
 
@@ -74,11 +75,15 @@ def write_variables(filename, variables):
     text = io.StringIO()
     parser.write(text)
     temporary = filename + ".new"
-    with open(temporary, "w", encoding="utf-8") as file:
-        file.write(text.getvalue())
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(temporary, filename)
+    try:
+        with open(temporary, "w", encoding="utf-8") as file:
+            file.write(text.getvalue())
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, filename)
+    except OSError:
+        pathlib.Path(temporary).unlink(missing_ok=True)
+        raise
 
 
 def load_config(config):
