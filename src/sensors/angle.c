@@ -222,6 +222,9 @@ static bool read_sample(struct bulk *bulk)
     struct measurement m;
     enum angle_error error;
 
+    /* A timer event that came late may belong to what has been caught up. */
+    if (timer_is_before(timer_read_clock(), a->clock))
+        return false;
     while (timer_read_clock() - a->clock >= bulk->rest_ticks) {
         add_error(a, ERROR_OVERFLOW);
         bulk_note_overflow(bulk);

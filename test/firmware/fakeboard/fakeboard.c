@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * A board for tests. */
-#include <setjmp.h>
+#include <sanitizer/common_interface_defs.h>
 #include <string.h>
+#include <ucontext.h>
 
 #include "board/adc.h"
 #include "board/console.h"
@@ -22,7 +23,45 @@ DECL_CONSTANT("PWM_MAX", 255);
 DECL_CONSTANT("RECEIVE_WINDOW", 240);
 
 struct fakeboard fake;
-static jmp_buf test_side;
+
+
+/* ---- The firmware as a coroutine ---- */
+
+static ucontext_t test_side, firmware_side;
+static uint8_t firmware_stack[1 << 18];
+static const void *test_stack;
+static size_t test_stack_size;
+
+static void run_firmware(void)
+{
+    __sanitizer_finish_switch_fiber(NULL, &test_stack, &test_stack_size);
+    sched_main();
+}
+
+static void leave_firmware(void)
+{
+    void *fiber;
+
+    __sanitizer_start_switch_fiber(&fiber, test_stack, test_stack_size);
+    swapcontext(&firmware_side, &test_side);
+    __sanitizer_finish_switch_fiber(fiber, &test_stack, &test_stack_size);
+}
+
+static void enter_firmware(void)
+{
+    void *fiber;
+
+    if (!firmware_side.uc_stack.ss_sp) {
+        getcontext(&firmware_side);
+        firmware_side.uc_stack.ss_sp = firmware_stack;
+        firmware_side.uc_stack.ss_size = sizeof(firmware_stack);
+        makecontext(&firmware_side, run_firmware, 0);
+    }
+    __sanitizer_start_switch_fiber(&fiber, firmware_stack,
+                                   sizeof(firmware_stack));
+    swapcontext(&test_side, &firmware_side);
+    __sanitizer_finish_switch_fiber(fiber, NULL, NULL);
+}
 
 
 /* ---- Time ---- */
@@ -86,8 +125,9 @@ void irq_wait(void)
         return;
     }
     if (!fake.events_left || timer_is_before(fake.run_until, fake.timer))
-        longjmp(test_side, 1);
-    run_first_timer();
+        leave_firmware();
+    else
+        run_first_timer();
 }
 
 uint32_t timer_read_clock(void)
@@ -118,8 +158,7 @@ void fake_run(uint32_t until, uint32_t max_events)
     fake.in_irq = false;
     if (fake.rx_len)
         console_note_rx();
-    if (!setjmp(test_side))
-        sched_main();
+    enter_firmware();
 }
 
 

@@ -45,8 +45,8 @@ bool fake_receive(const uint8_t *data, size_t len);
 /* A block with this payload arrives, framed as it should be. */
 bool fake_send(const uint8_t *payload, size_t len);
 
-/* Run the firmware from its start until it has no input left and the clock is
- * `until`, or `max_events` timers have run. */
+/* Run the firmware, from its start or where it was, until it has no input left
+ * and the clock is `until`, or `max_events` timers have run. */
 void fake_run(uint32_t until, uint32_t max_events);
 
 #endif

@@ -11,6 +11,7 @@
 #include "core/sched.h"
 #include "core/tables.h"
 #include "fakeboard.h"
+#include "fuzz_message.h"
 #include "tests.h"
 
 enum { N_INPUTS = 4000, MAX_INPUT = 400, MAX_EVENTS = 300 };
@@ -152,25 +153,53 @@ static bool value_bit(uint32_t *seed)
     return next_random(seed) & 1;
 }
 
-/* Mostly plausible messages: real numbers of commands, small arguments. */
+/* Numbers that may be messages, or plain noise. */
+static uint8_t *put_numbers(uint8_t *p, bool is_noise, uint32_t *seed)
+{
+    const uint8_t *start = p;
+
+    while (p - start < 40 && next_random(seed) % 12) {
+        uint32_t value = next_random(seed);
+        if (is_noise)
+            *p++ = (uint8_t)value;
+        else
+            p = command_put_int(p, next_random(seed) % 4
+                                ? value % 120 : fake.clock + value % 99999);
+    }
+    return p;
+}
+
+/* As many whole messages as fit into a block. */
+static uint8_t *put_messages(uint8_t *p, uint32_t *seed)
+{
+    uint8_t *start = p, *end = p;
+
+    do {
+        uint8_t message[2 * FUZZ_MESSAGE_MAX];
+        size_t size = (size_t)(fuzz_put_message(message, seed) - message);
+        CHECK(size <= FUZZ_MESSAGE_MAX);
+        if (end - start + (int)size > COMMAND_PAYLOAD_MAX)
+            break;
+        memcpy(end, message, size);
+        end += size;
+    } while (value_bit(seed));
+    return end;
+}
+
 static size_t make_input(uint8_t *data, uint32_t *seed)
 {
+    uint8_t configured = value_bit(seed) ? 128 : 0;
     size_t size = 0;
 
     while (size < MAX_INPUT - 64) {
         uint8_t *start = data + size++, *p = start + 1;
-        uint32_t kind = next_random(seed) % 8;
-        while (p - start < 40 && next_random(seed) % 12) {
-            uint32_t value = next_random(seed);
-            if (kind < 6)
-                p = command_put_int(p, next_random(seed) % 4
-                                    ? value % 120
-                                    : fake.clock + value % 99999);
-            else
-                *p++ = (uint8_t)value;
-        }
-        *start = (uint8_t)((p - start - 1) | (kind == 7 ? 64 : 0)
-                           | (value_bit(seed) ? 128 : 0));
+        uint32_t kind = configured ? next_random(seed) % 64 : 60;
+        if (kind < 60)
+            p = put_messages(p, seed);
+        else
+            p = put_numbers(p, kind > 61, seed);
+        *start = (uint8_t)((p - start - 1) | (kind == 63 ? 64 : 0)
+                           | configured);
         size = (size_t)(p - data);
     }
     return size;
