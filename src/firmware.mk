@@ -28,9 +28,9 @@ defconfig: ## Take a ready configuration: make defconfig TARGET=atmega2560
 .PHONY: firmware
 firmware: ## Build the firmware into OUT (default out/)
 	@$(KCONFIG) header $(OUT)
-	@$(FIRMWARE_MAKE) all
+	+@$(FIRMWARE_MAKE) all
 
 .PHONY: flash
 flash: ## Build, then program the board: make flash FLASH_DEVICE=/dev/ttyUSB0
 	@$(KCONFIG) header $(OUT)
-	@$(FIRMWARE_MAKE) flash FLASH_DEVICE=$(FLASH_DEVICE)
+	+@$(FIRMWARE_MAKE) flash FLASH_DEVICE=$(FLASH_DEVICE)
