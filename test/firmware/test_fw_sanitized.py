@@ -19,7 +19,10 @@ def test_simulator_under_sanitizers():
     env = dict(os.environ, SIMULATOR_SO=str(library), LD_PRELOAD=runtime,
                ASAN_OPTIONS="detect_leaks=0")
     tests = [str(ROOT / "test/firmware" / ("test_fw_%s.py" % name))
-             for name in ("command", "motion", "io")]
+             for name in ("command", "motion", "io", "buttons", "counter",
+                          "neopixel", "tmcuart", "spi", "i2c", "display",
+                          "thermocouple", "accel", "angle", "loadcell",
+                          "trigger_analog")]
     result = subprocess.run([sys.executable, "-m", "pytest", "-q", *tests,
                              "-p", "no:cacheprovider"], cwd=ROOT, env=env,
                             capture_output=True, text=True)
