@@ -73,6 +73,7 @@ struct adc_v3_regs {
 /* Of both */
 #define ADC_ISR_ADRDY (1u << 0)
 #define ADC_ISR_EOC (1u << 2)
+#define ADC_ISR_CCRDY (1u << 13)    /* G0 */
 #define ADC_CR_ADEN (1u << 0)
 #define ADC_CR_ADDIS (1u << 1)
 #define ADC_CR_ADSTART (1u << 2)
@@ -80,6 +81,8 @@ struct adc_v3_regs {
 #define ADC_CR_ADVREGEN (1u << 28)
 #define ADC_CR_DEEPPWD (1u << 29)
 #define ADC_CR_ADCAL (1u << 31)
+#define ADC_V2_CFGR2_PCLK4 (2u << 30)
+#define ADC_CCR_TSEN (1u << 23)
 
 /* Timers: RM0008, 14.4 and 15.4.  CCMR1 and 2 hold two channels each. */
 struct tim_regs {

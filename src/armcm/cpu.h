@@ -66,5 +66,9 @@ void armcm_connect_system(uint32_t vector, void (*handler)(void));
 void board_early_init(void);
 /* The port's, irqs off: set up the clocks. */
 void board_clock_init(void);
+/* The port's, where CONFIG_ARMCM_VTOR is not set: vectors are in RAM. */
+void board_map_vectors(void);
+/* The port's, where the processor counts no cycles (timer_read_clock() too). */
+void armcm_start_counter(void);
 
 #endif

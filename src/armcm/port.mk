@@ -3,11 +3,13 @@
 
 CROSS_PREFIX := arm-none-eabi-
 armcm := src/armcm
-port-src := $(armcm)/start.c $(armcm)/memory.c
-port-src-$(CONFIG_ARMCM_CYCLE_COUNTER) += $(armcm)/systick.c
+port-src := $(armcm)/start.c $(armcm)/memory.c $(armcm)/systick.c
 port-src-$(CONFIG_SERIAL) += $(armcm)/serial.c
 port-src += $(port-src-y)
 
+ifeq ($(CONFIG_HAVE_LIMITED_CODE_SIZE),y)
+OPT := -Os
+endif
 PORT_CFLAGS := -mcpu=$(CONFIG_ARMCM_CPU) -mthumb -Ilib
 PORT_LDFLAGS := -nostartfiles -static -Wl,-T,$(OUT)link.ld --specs=nano.specs \
   -Wl,--no-warn-rwx-segments

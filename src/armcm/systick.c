@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The clock is the processor's cycle counter; SysTick interrupts.
+ * SysTick interrupts when a timer is due.  The clock is the processor's cycle
+ * counter, or one of the port's that counts the same cycles.
  *
  * SysTick reaches 2^24 cycles, a timer further ahead is approached in hops.  It
  * goes on counting after its interrupt; one that comes of that, or a hop, finds
@@ -75,16 +76,23 @@ void armcm_timer_irq(void)
     }
 }
 
-void armcm_timer_init(void)
+#if CONFIG_ARMCM_CYCLE_COUNTER
+void armcm_start_counter(void)
 {
-    irq_flag_t flag = irq_save();
-
     DEMCR |= DEMCR_TRCENA;
 #if CONFIG_ARMCM_M7
     DWT_LAR = CORESIGHT_UNLOCK;
 #endif
     DWT->CYCCNT = 0;
     DWT->CTRL |= DWT_CYCCNTENA;
+}
+#endif
+
+void armcm_timer_init(void)
+{
+    irq_flag_t flag = irq_save();
+
+    armcm_start_counter();
     armcm_connect_system(ARMCM_VECTOR_SYSTICK, armcm_timer_irq);
     timer_kick(1000);
     SYSTICK->CSR = SYSTICK_CLKSOURCE | SYSTICK_TICKINT | SYSTICK_ENABLE;

@@ -10,7 +10,7 @@ struct span {
 };
 #define SPAN(UNIT, FIRST, PINS) { UNIT, FIRST, sizeof(PINS), PINS }
 
-#if CONFIG_STM32_ADC_V1
+#if CONFIG_STM32_ADC_V1 || CONFIG_MACH_STM32F0
 static const uint8_t unit1_pins[] = {
     GPIO('A', 0), GPIO('A', 1), GPIO('A', 2), GPIO('A', 3), GPIO('A', 4),
     GPIO('A', 5), GPIO('A', 6), GPIO('A', 7), GPIO('B', 0), GPIO('B', 1),
@@ -28,8 +28,20 @@ static const uint8_t unit3_pins[] = {
 static const uint8_t unit3_more[] = { GPIO('F', 4), GPIO('F', 5) };
 #endif
 
+#if CONFIG_MACH_STM32G0
+static const uint8_t g0_pins[] = {
+    GPIO('A', 0), GPIO('A', 1), GPIO('A', 2), GPIO('A', 3), GPIO('A', 4),
+    GPIO('A', 5), GPIO('A', 6), GPIO('A', 7), GPIO('B', 0), GPIO('B', 1),
+    GPIO('B', 2), GPIO('B', 10),
+};
+static const uint8_t g0_more[] = {
+    GPIO('B', 11), GPIO('B', 12), GPIO('C', 4), GPIO('C', 5),
+};
+#define CHANNEL_TEMPERATURE 12
+#endif
+
 #if CONFIG_MACH_STM32F1 || CONFIG_MACH_STM32F2 || CONFIG_MACH_STM32F405 \
-    || CONFIG_MACH_STM32F407
+    || CONFIG_MACH_STM32F407 || CONFIG_MACH_STM32F0
 #define CHANNEL_TEMPERATURE 16
 #elif CONFIG_STM32_ADC_V1
 #define CHANNEL_TEMPERATURE 18
@@ -38,8 +50,12 @@ static const uint8_t temperature[] = { PIN_ADC_TEMPERATURE };
 
 static const struct span spans[] = {
     SPAN(0, CHANNEL_TEMPERATURE, temperature),
-#if CONFIG_STM32_ADC_V1
+#if CONFIG_STM32_ADC_V1 || CONFIG_MACH_STM32F0
     SPAN(0, 0, unit1_pins),
+#endif
+#if CONFIG_MACH_STM32G0
+    SPAN(0, 0, g0_pins),
+    SPAN(0, 15, g0_more),
 #endif
 #if HAS_ADC3
     SPAN(1, 4, unit3_pins),

@@ -10,6 +10,10 @@
 #include "stm32/f1.h"
 #elif CONFIG_STM32_F2F4F7
 #include "stm32/f2f4f7.h"
+#elif CONFIG_MACH_STM32F0
+#include "stm32/f0.h"
+#elif CONFIG_MACH_STM32G0
+#include "stm32/g0.h"
 #endif
 
 #define RCC ((struct rcc_regs *)RCC_BASE)

@@ -14,6 +14,26 @@ typedef struct gpio_v2_regs gpio_regs_t;
 typedef struct gpio_v1_regs gpio_regs_t;
 #endif
 
+#if CONFIG_STM32_CLOCK_CHAINED
+/* Two counters of 16 bits: TIM3 and TIM1, one address for all chips that need
+ * them.  The upper one follows an overflow of the lower a few cycles later. */
+static inline uint32_t timer_read_clock(void)
+{
+    uint32_t low, high;
+
+    do {
+        low = ((struct tim_regs *)0x40000400)->CNT;
+        high = ((struct tim_regs *)0x40012c00)->CNT;
+    } while (low - 8 >= 0xffe8);
+    return high << 16 | low;
+}
+#elif CONFIG_STM32_CLOCK_TIM2
+static inline uint32_t timer_read_clock(void)
+{
+    return ((struct tim_regs *)0x40000000)->CNT;
+}
+#endif
+
 struct gpio_out { gpio_regs_t *regs; uint32_t bit; };
 struct gpio_in { gpio_regs_t *regs; uint32_t bit; };
 struct gpio_adc { uint8_t channel, unit; };

@@ -59,6 +59,51 @@
     X(GPIO('B', 14), 12, 1, 9) X(GPIO('B', 15), 12, 2, 9) \
     X(GPIO('F', 8), 13, 1, 9) X(GPIO('F', 9), 14, 1, 9)
 #endif
+
+#elif CONFIG_MACH_STM32F0
+#define CHANNELS_SMALL(X) \
+    X(GPIO('A', 4), 14, 1, 4) X(GPIO('B', 8), 16, 1, 2) \
+    X(GPIO('B', 9), 17, 1, 2)
+#if CONFIG_STM32_CLOCK_CHAINED
+#define TIMERS(X) X(14, 1) X(15, 1) X(16, 1) X(17, 1)
+#define CHANNELS(X) CHANNELS_SMALL(X) \
+    X(GPIO('A', 6), 16, 1, 5) X(GPIO('A', 7), 17, 1, 5) \
+    X(GPIO('B', 1), 14, 1, 0) \
+    X(GPIO('B', 14), 15, 1, 1) X(GPIO('B', 15), 15, 2, 1)
+#else
+#define TIMERS(X) X(1, 1) X(3, 1) X(14, 1) X(16, 1) X(17, 1)
+#define CHANNELS(X) CHANNELS_SMALL(X) \
+    X(GPIO('A', 8), 1, 1, 2) X(GPIO('A', 9), 1, 2, 2) \
+    X(GPIO('A', 10), 1, 3, 2) X(GPIO('A', 11), 1, 4, 2) \
+    X(GPIO('A', 6), 3, 1, 1) X(GPIO('A', 7), 3, 2, 1) \
+    X(GPIO('B', 0), 3, 3, 1) X(GPIO('B', 1), 3, 4, 1) \
+    X(GPIO('B', 4), 3, 1, 1) X(GPIO('B', 5), 3, 2, 1) \
+    X(GPIO('C', 6), 3, 1, 0) X(GPIO('C', 7), 3, 2, 0) \
+    X(GPIO('C', 8), 3, 3, 0) X(GPIO('C', 9), 3, 4, 0)
+#endif
+
+#elif CONFIG_MACH_STM32G0
+#define CHANNELS_SMALL(X) \
+    X(GPIO('A', 4), 14, 1, 4) X(GPIO('B', 8), 16, 1, 2) \
+    X(GPIO('B', 9), 17, 1, 2) X(GPIO('D', 0), 16, 1, 2) \
+    X(GPIO('D', 1), 17, 1, 2) \
+    X(GPIO('B', 14), 15, 1, 5) X(GPIO('B', 15), 15, 2, 5)
+#if CONFIG_STM32_CLOCK_CHAINED
+#define TIMERS(X) X(14, 1) X(15, 1) X(16, 1) X(17, 1)
+#define CHANNELS(X) CHANNELS_SMALL(X) \
+    X(GPIO('A', 6), 16, 1, 5) X(GPIO('A', 7), 17, 1, 5) \
+    X(GPIO('B', 1), 14, 1, 0)
+#else
+#define TIMERS(X) X(1, 1) X(3, 1) X(14, 1) X(15, 1) X(16, 1) X(17, 1)
+#define CHANNELS(X) CHANNELS_SMALL(X) \
+    X(GPIO('A', 8), 1, 1, 2) X(GPIO('A', 9), 1, 2, 2) \
+    X(GPIO('A', 10), 1, 3, 2) X(GPIO('A', 11), 1, 4, 2) \
+    X(GPIO('A', 6), 3, 1, 1) X(GPIO('A', 7), 3, 2, 1) \
+    X(GPIO('B', 0), 3, 3, 1) X(GPIO('B', 1), 3, 4, 1) \
+    X(GPIO('B', 4), 3, 1, 1) X(GPIO('B', 5), 3, 2, 1) \
+    X(GPIO('C', 6), 3, 1, 1) X(GPIO('C', 7), 3, 2, 1) \
+    X(GPIO('C', 8), 3, 3, 1) X(GPIO('C', 9), 3, 4, 1)
+#endif
 #endif
 
 /* Timers of bus 1 count at half the clock where its divider is 4. */
