@@ -13,8 +13,8 @@ cdef class Tower:
     cdef readonly mm_t top
 
     cpdef double calc_carriage(self, double x, double y, double z) except? -1.
-    @cython.locals(way=double, way_y=double, along=double, across2=double, reach2=double,
-                   slope=double, turn=double, dx=double, dy=double)
+    @cython.locals(way=double, way_y=double, along=double, across2=double,
+                   reach2=double, slope=double, turn=double, dx=double, dy=double)
     cpdef double find_highest(self, Move move) except? -1.
     @cython.locals(start=double)
     cpdef double find_over(self, Move move) except? -1.
