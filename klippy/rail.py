@@ -26,8 +26,8 @@ class HomingInfo(NamedTuple):
 
 
 def short_name(section):
-    """Name of a stepper in messages: 'x' of 'stepper_x'."""
-    return section.removeprefix("stepper_")
+    """Name in messages: 'x' of 'stepper_x' and of 'carriage x'."""
+    return section.split(None, 1)[-1].removeprefix("stepper_")
 
 
 class Rail:
@@ -47,7 +47,7 @@ class Rail:
         self.endstops_by_pin = {}
         self.endstop_pin = config.get("endstop_pin")
         self.printer.load_object(config, "query_endstops")
-        main_endstop = self._find_endstop(self.endstop_pin, self.name)
+        main_endstop = self.lookup_endstop(self.endstop_pin, self.name)
         self.position_endstop = self._read_position_endstop(
             config, main_endstop, default_position_endstop)
         self._read_range(config, need_position_minmax)
@@ -145,7 +145,7 @@ class Rail:
 
     # Members
 
-    def _find_endstop(self, pin_desc, stepper_name):
+    def lookup_endstop(self, pin_desc, stepper_name):
         """The rail's endstop on a pin; made, and shown, the first time.
 
         Raises pins.error if the pin is described differently than before.
@@ -174,7 +174,7 @@ class Rail:
         """Add a stepper, stopped by an endstop of its own or the rail's."""
         if endstop_pin is None:
             endstop_pin = self.endstop_pin
-        endstop = self._find_endstop(endstop_pin, endstop_name or stepper.get_name())
+        endstop = self.lookup_endstop(endstop_pin, endstop_name or stepper.get_name())
         endstop.add_stepper(stepper)
         self.steppers.append(stepper)
 

@@ -4,3 +4,5 @@ cdef extern from "kin_linear.h" nogil:
         pass
 
     kin_linear *kin_linear_new(double cx, double cy, double cz)
+    void kin_linear_set(kin_linear *k, double cx, double cy, double cz,
+                        double offset)

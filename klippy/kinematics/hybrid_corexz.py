@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Hybrid corexz machines: the belt of x runs along with z."""
 
+from klippy.kinematics.dual_linear import DualLinearMachine
 from klippy.kinematics.linear import LinearMachine
 
 WEIGHTS = ((1., 0., -1.), (0., 1., 0.), (0., 0., 1.))
+# Of the motor of a second carriage on x, whose belt runs the other way
+DUAL_WEIGHTS = {0: (1., 0., 1.)}
 
 
 class HybridCoreXZKinematics(LinearMachine):
@@ -14,4 +17,6 @@ class HybridCoreXZKinematics(LinearMachine):
 
 
 def load_kinematics(toolhead, config):
+    if config.has_section("dual_carriage"):
+        return DualLinearMachine(toolhead, config, WEIGHTS, DUAL_WEIGHTS)
     return HybridCoreXZKinematics(toolhead, config)

@@ -6,7 +6,7 @@ when its carriage stands at position_endstop or beyond.  Before homing
 nobody knows where the machine stands; it starts inside its volume, on a
 whole number of steps from every switch.
 """
-from klippy.simulator import curved
+from klippy.simulator import carriages, curved
 from klippy.simulator.axis_parts import (
     Axes,
     add_switch,
@@ -38,6 +38,9 @@ def build_axes(config, start_position=None):
     axes = Axes(kinematics, steppers)
     if kinematics in LINEAR_MIXES:
         _build_linear(config, axes, start_position)
+        _build_dual(config, axes)
+    elif kinematics == "generic_cartesian":
+        carriages.build(config, axes, start_position)
     elif kinematics in curved.KINDS:
         curved.KINDS[kinematics].build(config, axes, start_position)
     else:
@@ -47,12 +50,12 @@ def build_axes(config, start_position=None):
 
 def calc_point(config, axes, counts):
     """(x, y, z) mm of the nozzle for {stepper name: steps}; None if unknown."""
-    carriages = axes.calc_carriages(counts)
+    places = axes.calc_carriages(counts)
     if axes.kinematics in curved.KINDS:
-        return curved.KINDS[axes.kinematics].calc_point(config, carriages)
-    if not axes.is_known or set(carriages) != set("xyz"):
+        return curved.KINDS[axes.kinematics].calc_point(config, places)
+    if not axes.is_known or not set(places) >= set("xyz"):
         return None
-    return tuple(carriages[letter] for letter in "xyz")
+    return tuple(places[letter] for letter in "xyz")
 
 
 def _build_linear(config, axes, start_position):
@@ -72,3 +75,19 @@ def _build_linear(config, axes, start_position):
             if len(main) == 1:
                 own = to_mm(axes, {stepper.name: next(iter(main.values()))})
             add_switch(config, axes, letter, section, stepper, own)
+
+
+def _build_dual(config, axes):
+    """The second carriage: its motors, with what it shares with other axes."""
+    section = config.get("dual_carriage")
+    if section.get("step_pin") is None:
+        return
+    # a hybrid's second belt runs the other way
+    axis = section.get("axis", "x")
+    mix = {"stepper_" + motor: -factor for motor, factor in
+           LINEAR_MIXES[axes.kinematics].get(axis, {}).items() if motor != axis}
+    axes.mixes["dual_carriage"] = to_mm(axes, {"dual_carriage": 1.0, **mix})
+    place_axis(config, axes, "dual_carriage", section, None)
+    stepper = next(s for s in axes.steppers if s.name == "dual_carriage")
+    add_switch(config, axes, "dual_carriage", section, stepper,
+               axes.mixes["dual_carriage"])

@@ -12,13 +12,19 @@ get_sum(const struct itersolve *is, const double v[3])
     return c[0] * v[0] + c[1] * v[1] + c[2] * v[2];
 }
 
+static double
+get_position(const struct itersolve *is, const double pos[3])
+{
+    return get_sum(is, pos) + ((const struct kin_linear *)is)->offset;
+}
+
 static int
 emit(struct itersolve *is, const struct trapseg *seg, double from, double to)
 {
     double ratio = get_sum(is, seg->axes_r) * is->inv_step_dist;
     struct quadratic q = {
         .time = seg->time,
-        .p0 = itersolve_to_steps(is, get_sum(is, seg->start)),
+        .p0 = itersolve_to_steps(is, get_position(is, seg->start)),
         .p1 = ratio * seg->start_v, .p2 = ratio * seg->half_accel,
     };
 
@@ -28,8 +34,20 @@ emit(struct itersolve *is, const struct trapseg *seg, double from, double to)
 }
 
 static const struct itersolve_kind kind = {
-    .get_position = get_sum, .emit = emit,
+    .get_position = get_position, .emit = emit,
 };
+
+void
+kin_linear_set(struct kin_linear *k, double cx, double cy, double cz,
+               double offset)
+{
+    k->coeffs[0] = cx;
+    k->coeffs[1] = cy;
+    k->coeffs[2] = cz;
+    k->offset = offset;
+    k->is.active_axes = (cx != 0. ? ITERSOLVE_X : 0u)
+        | (cy != 0. ? ITERSOLVE_Y : 0u) | (cz != 0. ? ITERSOLVE_Z : 0u);
+}
 
 struct kin_linear *
 kin_linear_new(double cx, double cy, double cz)
@@ -38,11 +56,7 @@ kin_linear_new(double cx, double cy, double cz)
 
     if (!k)
         return NULL;
-    k->coeffs[0] = cx;
-    k->coeffs[1] = cy;
-    k->coeffs[2] = cz;
-    itersolve_init(&k->is, &kind, (cx != 0. ? ITERSOLVE_X : 0u)
-                   | (cy != 0. ? ITERSOLVE_Y : 0u)
-                   | (cz != 0. ? ITERSOLVE_Z : 0u));
+    itersolve_init(&k->is, &kind, 0);
+    kin_linear_set(k, cx, cy, cz, 0.);
     return k;
 }

@@ -113,12 +113,6 @@ def test_endstops_stop_all_motors_of_their_axis(make_bench, kind, stopped):
                ).run_ready(body)
 
 
-def test_dual_carriages_are_not_there_yet(make_bench):
-    def body(it):
-        assert "[dual_carriage] is not supported yet" in it.printer.state_message
-    make_bench(CARTESIAN + "[dual_carriage]\naxis: x\n").run(body)
-
-
 def test_without_axes(make_bench):
     def body(it):
         status = it.get("toolhead")

@@ -18,6 +18,8 @@ TOURS = {
     "rotary_delta": ("G1 X50 Y60 Z7 F6000\nG1 X-20 Y70 Z3.3", 0.05),
     "polar": ("G1 X50 Y60 Z7 F6000\nG1 X-20 Y90 Z3.3\nG1 X20 Y-90\nG1 X60 Y-90\n"
               "G1 X0 Y0\nG1 X30 Y-20", 0.025),
+    "generic_cartesian": ("G1 X50 Y60 Z7 F6000\nG1 X20 Y90 Z3.3", 0.0125),
+    "dual_carriage": ("G1 X50 Y60 Z7 F6000\nG1 X20 Y90 Z3.3", 0.0125),
     "winch": ("G1 X50 Y60 Z7 F6000\nG1 X-20 Y90 Z3.3", 0.05),
 }
 
