@@ -61,6 +61,9 @@ void armcm_connect_system(uint32_t vector, void (*handler)(void));
 
 #define ARMCM_VECTOR_SYSTICK 15
 
+/* Irqs off, before anything reads the clock. */
+void armcm_timer_init(void);
+
 /* The port's, irqs off, nothing initialised but the stack: stop what a
  * bootloader has left running; make ready to fetch from flash at speed. */
 void board_early_init(void);

@@ -111,7 +111,7 @@ static __attribute__((used, noreturn)) void start(void)
 #if CONFIG_ARMCM_CACHE
     enable_caches();
 #endif
-    irq_enable();
+    armcm_timer_init();
     sched_main();
 }
 

@@ -90,12 +90,8 @@ void armcm_start_counter(void)
 
 void armcm_timer_init(void)
 {
-    irq_flag_t flag = irq_save();
-
     armcm_start_counter();
     armcm_connect_system(ARMCM_VECTOR_SYSTICK, armcm_timer_irq);
     timer_kick(1000);
     SYSTICK->CSR = SYSTICK_CLKSOURCE | SYSTICK_TICKINT | SYSTICK_ENABLE;
-    irq_restore(flag);
 }
-DECL_INIT(armcm_timer_init);

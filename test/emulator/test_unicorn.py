@@ -12,7 +12,8 @@ pytestmark = [pytest.mark.emulator,
               pytest.mark.skipif(bool(unicorn_board.why_not()),
                                  reason=unicorn_board.why_not())]
 
-CHIPS = ["stm32f103", "stm32f407"]
+CHIPS = ["stm32f072", "stm32f070", "stm32f103", "stm32f401", "stm32f407",
+         "stm32f446", "stm32g0b1", "stm32g070"]
 
 
 @pytest.fixture(scope="module")

@@ -18,13 +18,13 @@
 
 #include "vmcu_abi.h"
 
-enum { MAX_REGS = 64, MAX_DEVICES = 64, N_IRQS = 160, N_VECTORS = 16 + N_IRQS,
+enum { MAX_REGS = 224, MAX_DEVICES = 64, N_IRQS = 160, N_VECTORS = 16 + N_IRQS,
        N_PINS = 11 * 16, VECTOR_SYSTICK = 15 };
 #define NEVER UINT64_MAX
 
 enum device_kind {
     DEV_GPIO, DEV_USART, DEV_ADC, DEV_ADC_COMMON, DEV_TIM, DEV_RCC, DEV_FLASH,
-    DEV_PWR, DEV_IWDG, DEV_AFIO,
+    DEV_PWR, DEV_IWDG, DEV_AFIO, DEV_SYSCFG,
 };
 
 /* A peripheral: where it is, what clocks it. */
@@ -43,6 +43,7 @@ struct device {
     /* usart */
     uint32_t rx_data, shift;
     uint64_t next_rx;
+    uint64_t zero;              /* timer: cycle at which it was 0 */
     bool has_tdr;
     /* gpio: what the world was told, and whether */
     uint32_t out, driven;
@@ -58,6 +59,7 @@ struct chip_model {
     uint32_t flash_size, ram_base, ram_size, max_hz, hsi_hz;
     bool gpio_v2, usart_v2;
     uint8_t adc_version;
+    uint8_t clock_timer;        /* that the program counts with; 0: DWT */
     const struct device_info *devices;
     /* channel of the converter of a pin; -1 none */
     int (*adc_pin)(uint8_t unit, uint8_t channel);
@@ -84,7 +86,7 @@ struct chip {
     /* peripherals */
     struct device devices[MAX_DEVICES];
     uint32_t n_devices;
-    struct device *rcc, *flash_ctrl, *pwr, *console;
+    struct device *rcc, *flash_ctrl, *pwr, *syscfg, *console;
     uint32_t core_hz, bus_hz[3];
     /* statistics */
     uint64_t n_timer_irqs, n_instructions, n_irq_instructions;
@@ -117,6 +119,7 @@ uint64_t core_next_event(void);
 uint32_t rcc_read(struct device *d, uint32_t offset);
 void rcc_write(struct device *d, uint32_t offset, uint32_t value);
 bool rcc_has_clock(const struct device *d);
+void rcc_reset(struct device *d);
 
 /* unicorn_periph.c */
 void periph_reset(void);

@@ -108,6 +108,10 @@ core_take_irq(void)
     sp -= 32;
     if (uc_mem_write(chip.uc, sp, frame, sizeof(frame)))
         chip_fault("stack of an interrupt outside of memory: 0x%08x", sp);
+    /* a Cortex-M0 has its vectors at 0, where flash or RAM may be */
+    if (chip.model->line == LINE_F0)
+        chip.vtor = (chip.syscfg->regs[0] & 3) == 3 ? chip.model->ram_base
+            : 0x08000000;
     entry = read_word(chip.vtor + 4 * vector);
     if (!(entry & 1))
         chip_fault("vector %u is no thumb code: 0x%08x", vector, entry);

@@ -63,6 +63,64 @@ static const struct device_info f4_devices[] = {
     { 0, 0, 0, 0, 0, 0, 0 },
 };
 
+static const struct device_info f0_devices[] = {
+    GPIO_AT(0x48000000, 0, 0x14, 17), GPIO_AT(0x48000000, 1, 0x14, 18),
+    GPIO_AT(0x48000000, 2, 0x14, 19), GPIO_AT(0x48000000, 3, 0x14, 20),
+    GPIO_AT(0x48000000, 4, 0x14, 21), GPIO_AT(0x48000000, 5, 0x14, 22),
+    { 0x40013800, DEV_USART, 1, 27, 1, 0x18, 14 },
+    { 0x40004400, DEV_USART, 2, 28, 1, 0x1c, 17 },
+    { 0x40012400, DEV_ADC, 0, 12, 1, 0x18, 9 },
+    { 0x40012700, DEV_ADC_COMMON, 0, 12, 1, 0x18, 9 },
+    { 0x40012c00, DEV_TIM, 1, 0, 1, 0x18, 11 },
+    { 0x40000000, DEV_TIM, 2, 0, 1, 0x1c, 0 },
+    { 0x40000400, DEV_TIM, 3, 0, 1, 0x1c, 1 },
+    { 0x40002000, DEV_TIM, 14, 0, 1, 0x1c, 8 },
+    { 0x40014000, DEV_TIM, 15, 0, 1, 0x18, 16 },
+    { 0x40014400, DEV_TIM, 16, 0, 1, 0x18, 17 },
+    { 0x40014800, DEV_TIM, 17, 0, 1, 0x18, 18 },
+    { 0x40021000, DEV_RCC, 0, 0, 0, 0, 0 },
+    { 0x40022000, DEV_FLASH, 0, 0, 0, 0, 0 },
+    { 0x40003000, DEV_IWDG, 0, 0, 0, 0, 0 },
+    { 0x40010000, DEV_SYSCFG, 0, 0, 1, 0x18, 0 },
+    { 0, 0, 0, 0, 0, 0, 0 },
+};
+
+static const struct device_info g0_devices[] = {
+    GPIO_AT(0x50000000, 0, 0x34, 0), GPIO_AT(0x50000000, 1, 0x34, 1),
+    GPIO_AT(0x50000000, 2, 0x34, 2), GPIO_AT(0x50000000, 3, 0x34, 3),
+    GPIO_AT(0x50000000, 4, 0x34, 4), GPIO_AT(0x50000000, 5, 0x34, 5),
+    { 0x40013800, DEV_USART, 1, 27, 1, 0x40, 14 },
+    { 0x40004400, DEV_USART, 2, 28, 1, 0x3c, 17 },
+    { 0x40004800, DEV_USART, 3, 29, 1, 0x3c, 18 },
+    { 0x40012400, DEV_ADC, 0, 12, 1, 0x40, 20 },
+    { 0x40012700, DEV_ADC_COMMON, 0, 12, 1, 0x40, 20 },
+    { 0x40012c00, DEV_TIM, 1, 0, 1, 0x40, 11 },
+    { 0x40000000, DEV_TIM, 2, 0, 1, 0x3c, 0 },
+    { 0x40000400, DEV_TIM, 3, 0, 1, 0x3c, 1 },
+    { 0x40002000, DEV_TIM, 14, 0, 1, 0x40, 15 },
+    { 0x40014000, DEV_TIM, 15, 0, 1, 0x40, 16 },
+    { 0x40014400, DEV_TIM, 16, 0, 1, 0x40, 17 },
+    { 0x40014800, DEV_TIM, 17, 0, 1, 0x40, 18 },
+    { 0x40021000, DEV_RCC, 0, 0, 0, 0, 0 },
+    { 0x40022000, DEV_FLASH, 0, 0, 0, 0, 0 },
+    { 0x40003000, DEV_IWDG, 0, 0, 0, 0, 0 },
+    { 0x40010000, DEV_SYSCFG, 0, 0, 1, 0x40, 0 },
+    { 0, 0, 0, 0, 0, 0, 0 },
+};
+
+static int
+g0_channels(uint8_t unit, uint8_t channel)
+{
+    static const uint8_t rest[] = { 27, 28, 36, 37 };
+
+    (void)unit;
+    if (channel >= 15 && channel < 19)
+        return rest[channel - 15];
+    if (channel < 11)
+        return channel < 8 ? channel : 16 + channel - 8;
+    return channel == 11 ? 26 : -1;
+}
+
 /* Channels of the F1, F2, F4 and F7; unit 1 is ADC3, with port F. */
 static int
 sixteen_channels(uint8_t unit, uint8_t channel)
@@ -82,11 +140,26 @@ sixteen_channels(uint8_t unit, uint8_t channel)
 
 #define F4_MODEL(NAME, FLASH, RAM, HZ) \
     { NAME, UC_CPU_ARM_CORTEX_M4, LINE_F2F4F7, FLASH, 0x20000000, RAM, HZ, \
-      16000000, true, false, 1, f4_devices, sixteen_channels }
+      16000000, true, false, 1, 0, f4_devices, sixteen_channels }
+
+#define F0_MODEL(NAME, FLASH, RAM, TIMER) \
+    { NAME, UC_CPU_ARM_CORTEX_M0, LINE_F0, FLASH, 0x20000000, RAM, 48000000, \
+      8000000, true, true, 2, TIMER, f0_devices, sixteen_channels }
+#define G0_MODEL(NAME, RAM, TIMER) \
+    { NAME, UC_CPU_ARM_CORTEX_M0, LINE_G0, 0x20000, 0x20000000, RAM, \
+      64000000, 16000000, true, true, 2, TIMER, g0_devices, g0_channels }
 
 static const struct chip_model models[] = {
+    F0_MODEL("stm32f031", 0x8000, 0x1000, 2),
+    F0_MODEL("stm32f042", 0x8000, 0x1800, 2),
+    F0_MODEL("stm32f030", 0x10000, 0x2000, 3),
+    F0_MODEL("stm32f070", 0x20000, 0x4000, 3),
+    F0_MODEL("stm32f072", 0x20000, 0x4000, 2),
+    G0_MODEL("stm32g070", 0x9000, 3),
+    G0_MODEL("stm32g071", 0x9000, 2),
+    G0_MODEL("stm32g0b1", 0x24000, 2),
     { "stm32f103", UC_CPU_ARM_CORTEX_M3, LINE_F1, 0x10000, 0x20000000, 0x5000,
-      72000000, 8000000, false, false, 1, f1_devices, sixteen_channels },
+      72000000, 8000000, false, false, 1, 0, f1_devices, sixteen_channels },
     F4_MODEL("stm32f401", 0x40000, 0x10000, 84000000),
     F4_MODEL("stm32f405", 0x100000, 0x20000, 168000000),
     F4_MODEL("stm32f407", 0x80000, 0x20000, 168000000),

@@ -269,6 +269,10 @@ periph_rx(uint8_t byte)
  * ADC of the F1, F2, F4 and F7
  */
 
+enum { ADC2_ISR = 0, ADC2_CR = 2, ADC2_CFGR2 = 4, ADC2_SMPR = 5,
+       ADC2_CHSELR = 10, ADC2_DR = 16 };
+enum { ADC2_ADRDY = 1, ADC2_EOC = 4, ADC2_CCRDY = 1 << 13, ADC2_ADEN = 1,
+       ADC2_ADSTART = 4, ADC2_ADSTP = 16 };
 enum { ADC_SR = 0, ADC_CR2 = 2, ADC_SQR3 = 13, ADC_DR = 19 };
 
 static void
@@ -294,13 +298,21 @@ static void
 adc_event(struct device *d)
 {
     int pin = chip.model->adc_pin(d->info->index, (uint8_t)d->shift);
+    uint32_t value;
 
     if (chip.cycle < d->due)
         return;
     d->due = NEVER;
-    d->regs[ADC_SR] |= 2;
-    d->regs[ADC_DR] = pin < 0 ? 0
+    value = pin < 0 ? 0
         : chip.host.adc_in(chip.host.ctx, chip_now(), (uint32_t)pin) >> 4;
+    if (chip.model->adc_version == 1) {
+        d->regs[ADC_SR] |= 2;
+        d->regs[ADC_DR] = value;
+    } else {
+        d->regs[ADC2_CR] &= ~(uint32_t)ADC2_ADSTART;
+        d->regs[ADC2_ISR] |= ADC2_EOC;
+        d->regs[ADC2_DR] = value;
+    }
 }
 
 static void
@@ -330,6 +342,102 @@ adc_read(struct device *d, uint32_t word)
     if (word == ADC_DR)
         d->regs[ADC_SR] &= ~2u;
     return d->regs[word];
+}
+
+/*
+ * ADC of the F0 and G0
+ */
+
+static void
+adc2_start(struct device *d)
+{
+    static const uint16_t f0[] = { 1, 7, 13, 28, 41, 55, 71, 239 };
+    static const uint16_t g0[] = { 1, 3, 7, 12, 19, 39, 79, 160 };
+    bool is_f0 = chip.model->line == LINE_F0;
+    uint32_t sample = (is_f0 ? f0 : g0)[d->regs[ADC2_SMPR] & 7];
+    uint32_t mode = d->regs[ADC2_CFGR2] >> 30, hz = chip.bus_hz[1];
+    uint32_t divider = mode == 1 ? 2 : mode == 2 ? 4 : 1;
+
+    if (!(d->regs[ADC2_CR] & ADC2_ADEN) || !mode)
+        chip_fault("converter is off, or has no clock");
+    if (hz / divider > (is_f0 ? 14000000u : 35000000u))
+        chip_fault("converter at %u Hz", hz / divider);
+    d->shift = (uint32_t)__builtin_ctz(d->regs[ADC2_CHSELR] | 1u << 31);
+    d->due = chip.cycle + (sample + 13u) * divider;
+    chip_wake_at(d->due);
+}
+
+static uint32_t
+adc2_read(struct device *d, uint32_t word)
+{
+    if (word == ADC2_DR)
+        d->regs[ADC2_ISR] &= ~(uint32_t)ADC2_EOC;
+    return d->regs[word];
+}
+
+static void
+adc2_write(struct device *d, uint32_t word, uint32_t value)
+{
+    bool is_g0 = chip.model->line == LINE_G0;
+
+    if (word == ADC2_ISR) {
+        d->regs[ADC2_ISR] &= ~value;
+        return;
+    }
+    if (word == ADC2_CHSELR)
+        d->regs[ADC2_ISR] |= is_g0 ? ADC2_CCRDY : 0;
+    if (word != ADC2_CR) {
+        d->regs[word] = value;
+        return;
+    }
+    if (is_g0 && value & (ADC2_ADEN | 1u << 31) && !(value & (1u << 28)))
+        chip_fault("converter without its regulator");
+    if (value & ADC2_ADEN)
+        d->regs[ADC2_ISR] |= ADC2_ADRDY;
+    if (value & ADC2_ADSTP) {
+        d->due = NEVER;
+        value &= ~(uint32_t)(ADC2_ADSTP | ADC2_ADSTART);
+    }
+    d->regs[ADC2_CR] = value & ~(1u << 31);
+    if (value & ADC2_ADSTART)
+        adc2_start(d);
+}
+
+/*
+ * Timers that the program counts with
+ */
+
+enum { TIM_CR1 = 0, TIM_CNT = 9, TIM_PSC = 10 };
+
+/* Timer 1 counts the overflows of timer 3 where that is the clock. */
+static uint32_t
+count_timer(struct device *d)
+{
+    bool is_chained = chip.model->clock_timer == 3;
+    uint64_t ticks = chip.cycle - d->zero;
+
+    if (!(d->regs[TIM_CR1] & 1))
+        return d->regs[TIM_CNT];
+    if (is_chained && d->info->index == 1)
+        return (uint32_t)((chip.cycle - chip.cyccnt_zero) >> 16) & 0xffff;
+    ticks /= d->regs[TIM_PSC] + 1;
+    return (uint32_t)ticks & (is_chained ? 0xffff : UINT32_MAX);
+}
+
+static void
+timer_write(struct device *d, uint32_t word, uint32_t value)
+{
+    bool starts = word == TIM_CR1 && value & 1 && !(d->regs[TIM_CR1] & 1);
+
+    d->regs[word] = value;
+    if (!starts)
+        return;
+    d->zero = chip.cycle;
+    if (d->info->index == chip.model->clock_timer && !chip.is_counting) {
+        chip.cyccnt_zero = chip.cycle;
+        chip.is_counting = true;
+        chip_wake_at(chip.cycle);
+    }
 }
 
 /*
@@ -371,21 +479,22 @@ iwdg_event(struct device *d)
 static struct device *
 find_device(uint32_t addr)
 {
-    uint32_t i;
+    struct device *found = NULL;
+    uint32_t i, nearest = MAX_REGS * 4;
 
     for (i = 0; i < chip.n_devices; i++) {
         struct device *d = &chip.devices[i];
 
-        if (addr - d->info->base >= MAX_REGS * 4)
-            continue;
-        if (!rcc_has_clock(d)) {
-            chip_fault("0x%08x has no clock", addr);
-            return NULL;
+        if (addr - d->info->base < nearest) {
+            nearest = addr - d->info->base;
+            found = d;
         }
-        return d;
     }
-    chip_fault("nothing is modelled at 0x%08x", addr);
-    return NULL;
+    if (!found)
+        chip_fault("nothing is modelled at 0x%08x", addr);
+    else if (!rcc_has_clock(found))
+        chip_fault("0x%08x has no clock", addr);
+    return chip.is_broken ? NULL : found;
 }
 
 static uint64_t
@@ -405,7 +514,10 @@ bus_read(uc_engine *uc, uint64_t offset, unsigned size, void *param)
     case DEV_USART:
         return usart_read(d, word);
     case DEV_ADC:
-        return adc_read(d, word);
+        return chip.model->adc_version == 1 ? adc_read(d, word)
+            : adc2_read(d, word);
+    case DEV_TIM:
+        return word == TIM_CNT ? count_timer(d) : d->regs[word];
     case DEV_RCC:
         return rcc_read(d, word * 4);
     case DEV_PWR:
@@ -440,7 +552,13 @@ bus_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value,
         usart_write(d, word, (uint32_t)value);
         return;
     case DEV_ADC:
-        adc_write(d, word, (uint32_t)value);
+        if (chip.model->adc_version == 1)
+            adc_write(d, word, (uint32_t)value);
+        else
+            adc2_write(d, word, (uint32_t)value);
+        return;
+    case DEV_TIM:
+        timer_write(d, word, (uint32_t)value);
         return;
     case DEV_RCC:
         rcc_write(d, word * 4, (uint32_t)value);
@@ -503,14 +621,17 @@ reset_device(struct device *d)
         return;
     case DEV_RCC:
         chip.rcc = d;
-        d->regs[0] = 3;
-        d->due = 0;
+        rcc_reset(d);
         return;
     case DEV_FLASH:
         chip.flash_ctrl = d;
         return;
     case DEV_PWR:
         chip.pwr = d;
+        d->regs[0x20] = 1u << 8;    /* CR5 of a G4: no boost */
+        return;
+    case DEV_SYSCFG:
+        chip.syscfg = d;
         return;
     case DEV_GPIO:
         if (!chip.model->gpio_v2)

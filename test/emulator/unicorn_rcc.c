@@ -1,20 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * Clocks of an STM32: oscillators, PLL, buses, and what may not be (RM0008,
- * chapter 7; RM0090, chapters 5 and 7; data sheets, operating conditions).
+ * chapter 7; RM0090, chapters 5 and 7; RM0091, chapter 6; RM0444, chapter 5;
+ * RM0440, chapter 7; RM0351, chapter 6; data sheets, operating conditions).
  */
 #include "unicorn_chip.h"
 
 /* Oscillators and PLL are ready this much later */
 enum { READY_CYCLES = 40 };
-
-/* Where the registers of a line are, as words */
-struct layout {
-    uint8_t cr, cfgr;
-};
-static const struct layout layouts[] = {
-    [LINE_F1] = { 0, 1 }, [LINE_F2F4F7] = { 0, 2 },
-};
+enum { HSE_ON = 1u << 16, HSE_READY = 1u << 17,
+       PLL_ON = 1u << 24, PLL_READY = 1u << 25 };
 
 static uint32_t
 check(const char *what, uint32_t hz, uint32_t low, uint32_t high)
@@ -24,7 +19,10 @@ check(const char *what, uint32_t hz, uint32_t low, uint32_t high)
     return hz;
 }
 
-/* Frequency behind the PLL of an F1. */
+/*
+ * Frequency behind the PLL, from the registers
+ */
+
 static uint32_t
 f1_pll_hz(const uint32_t *regs)
 {
@@ -38,20 +36,78 @@ f1_pll_hz(const uint32_t *regs)
 }
 
 static uint32_t
+f0_pll_hz(const uint32_t *regs)
+{
+    uint32_t cfgr = regs[1], factor = ((cfgr >> 18) & 15) + 2;
+    uint32_t input = chip.model->hsi_hz / 2;
+
+    if (cfgr & (1u << 16))
+        input = chip.hse_hz / ((regs[11] & 15) + 1);
+    check("PLL input", input, 1000000, 24000000);
+    return input * (factor > 16 ? 16 : factor);
+}
+
+static uint32_t
 f4_pll_hz(const uint32_t *regs)
 {
     uint32_t cfg = regs[1], m = cfg & 63, n = (cfg >> 6) & 511;
     uint32_t p = 2 * ((cfg >> 16) & 3) + 2;
     uint32_t input = cfg & (1u << 22) ? chip.hse_hz : chip.model->hsi_hz;
 
-    if (m < 2 || n < 50)
+    if (m < 2 || n < 50) {
         chip_fault("PLL with M %u, N %u", m, n);
-    else
-        check("PLL input", input / m, 950000, 2100000);
-    if (chip.is_broken)
         return 1;
+    }
+    check("PLL input", input / m, 950000, 2100000);
     return check("VCO", input / m * n, 100000000, 432000000) / p;
 }
+
+/* M and R of the G0 lie elsewhere than those of the G4 and L4. */
+static uint32_t
+g_pll_hz(const uint32_t *regs)
+{
+    bool is_g0 = chip.model->line == LINE_G0;
+    uint32_t cfg = regs[3], n = (cfg >> 8) & 127;
+    uint32_t m = ((cfg >> 4) & (chip.model->line == LINE_G4 ? 15 : 7)) + 1;
+    uint32_t r = is_g0 ? (cfg >> 29) + 1 : 2 * ((cfg >> 25) & 3) + 2;
+    uint32_t source = cfg & 3;
+    uint32_t input = source == 3 ? chip.hse_hz : source == 2 ? 16000000 : 0;
+
+    if (!(cfg & (is_g0 ? 1u << 28 : 1u << 24)))
+        chip_fault("output R of the PLL is off");
+    check("PLL input", input / m, 2660000, 16000000);
+    return check("VCO", input / m * n, 64000000, 344000000) / r;
+}
+
+/* Where the bits of a line are. */
+struct layout {
+    uint8_t cfgr;               /* word */
+    uint32_t on;                /* oscillators and PLL, in CR */
+    uint8_t hsi_ready;          /* distance of that from its enable bit */
+    uint8_t sws, hse, pll;      /* shift; values of SW */
+    uint8_t ppre1, ppre2;       /* shifts */
+    uint32_t step_hz;           /* per wait state of flash */
+    uint32_t max1_hz, max2_hz;  /* of the buses, as parts of max_hz */
+    uint32_t (*pll_hz)(const uint32_t *regs);
+};
+static const struct layout layouts[] = {
+    [LINE_F1] = { 1, 1u, 1, 2, 1, 2, 8, 11, 24000000, 2, 1, f1_pll_hz },
+    [LINE_F2F4F7] = { 2, 1u, 1, 2, 1, 2, 10, 13, 30000000, 4, 2, f4_pll_hz },
+    [LINE_F0] = { 1, 1u, 1, 2, 1, 2, 8, 8, 24000000, 1, 1, f0_pll_hz },
+    [LINE_G0] = { 2, 1u << 8, 2, 3, 1, 2, 12, 12, 24000000, 1, 1, g_pll_hz },
+    [LINE_G4] = { 2, 1u << 8, 2, 2, 2, 3, 8, 11, 34000000, 1, 1, g_pll_hz },
+    [LINE_L4] = { 2, 1u | 1u << 8, 2, 2, 2, 3, 8, 11, 16000000, 1, 1, g_pll_hz },
+};
+
+static const struct layout *
+find_layout(void)
+{
+    return &layouts[chip.model->line];
+}
+
+/*
+ * Frequencies in use
+ */
 
 static uint32_t
 shift_of(uint32_t field)
@@ -63,76 +119,95 @@ shift_of(uint32_t field)
 static void
 check_wait_states(uint32_t hz)
 {
-    static const uint32_t steps[] = {
-        [LINE_F1] = 24000000, [LINE_F2F4F7] = 30000000,
-    };
-    uint32_t need = (hz - 1) / steps[chip.model->line];
-    uint32_t acr = chip.flash_ctrl->regs[0];
-    uint32_t have = acr & (chip.model->line == LINE_F1 ? 7 : 15);
+    uint32_t need = (hz - 1) / find_layout()->step_hz;
+    uint32_t have = chip.flash_ctrl->regs[0]
+        & (chip.model->line == LINE_F1 ? 7 : 15);
 
     if (have < need)
         chip_fault("%u wait states at %u Hz, %u are needed", have, hz, need);
 }
 
-/* Above 168 MHz an F4 or F7 needs its overdrive. */
+/* Above 168 MHz an F4 or F7 needs its overdrive, above 150 MHz a G4 its boost. */
 static void
 check_voltage(uint32_t hz)
 {
-    if (chip.model->line != LINE_F2F4F7 || hz <= 168000000)
-        return;
-    if ((chip.pwr->regs[0] & (3u << 16)) != (3u << 16))
+    if (chip.model->line == LINE_F2F4F7 && hz > 168000000
+        && (chip.pwr->regs[0] & (3u << 16)) != (3u << 16))
         chip_fault("%u Hz without overdrive", hz);
+    if (chip.model->line == LINE_G4 && hz > 150000000
+        && chip.pwr->regs[0x20] & (1u << 8))
+        chip_fault("%u Hz without boost", hz);
+}
+
+/* Of a bus, whose limit is a part of the core's; slow F4 keep those of 168 MHz. */
+static uint32_t
+bus_hz(const char *name, uint32_t hz, uint32_t field, uint32_t part)
+{
+    uint32_t limit = chip.model->max_hz / part;
+
+    if (chip.model->line == LINE_F2F4F7 && limit < 168000000 / part)
+        limit = 168000000 / part;
+    return check(name, hz >> shift_of(field), 1, limit);
 }
 
 static void
 find_buses(uint32_t hz)
 {
-    uint32_t cfgr = chip.rcc->regs[layouts[chip.model->line].cfgr];
-    bool is_f1 = chip.model->line == LINE_F1;
-    uint32_t first = is_f1 ? 8 : 10;
+    const struct layout *layout = find_layout();
+    uint32_t cfgr = chip.rcc->regs[layout->cfgr], ahb = (cfgr >> 4) & 15;
 
-    chip.core_hz = chip.bus_hz[0] = hz;
-    chip.bus_hz[1] = hz >> shift_of((cfgr >> first) & 7);
-    chip.bus_hz[2] = hz >> shift_of((cfgr >> (first + 3)) & 7);
-    check("core", hz, 1, chip.model->max_hz);
-    check("bus 1", chip.bus_hz[1], 1,
-          is_f1 ? 36000000 : (chip.model->max_hz + 3) / 4 > 42000000
-          ? (chip.model->max_hz + 3) / 4 : 42000000);
-    check("bus 2", chip.bus_hz[2], 1,
-          is_f1 ? 72000000 : (chip.model->max_hz + 1) / 2 > 84000000
-          ? (chip.model->max_hz + 1) / 2 : 84000000);
+    if (ahb & 8)
+        hz >>= (ahb & 7) + 1 + (ahb >= 12);
+    chip.core_hz = chip.bus_hz[0] = check("core", hz, 1, chip.model->max_hz);
+    chip.bus_hz[1] = bus_hz("bus 1", hz, (cfgr >> layout->ppre1) & 7,
+                            layout->max1_hz);
+    chip.bus_hz[2] = bus_hz("bus 2", hz, (cfgr >> layout->ppre2) & 7,
+                            layout->max2_hz);
     check_wait_states(hz);
     check_voltage(hz);
 }
 
-/* The program has chosen another source. */
+/* The program has chosen another source, or other dividers. */
 static void
 switch_clock(uint32_t source)
 {
+    const struct layout *layout = find_layout();
     const uint32_t *regs = chip.rcc->regs;
-    uint32_t cr = regs[0];
 
-    if (source == 0)
-        find_buses(chip.model->hsi_hz);
-    else if (source == 1 && cr & (1u << 17))
+    if (source == layout->pll && regs[0] & PLL_READY)
+        find_buses(layout->pll_hz(regs));
+    else if (source == layout->hse && regs[0] & HSE_READY)
         find_buses(chip.hse_hz);
-    else if (source == 2 && cr & (1u << 25))
-        find_buses(chip.model->line == LINE_F1 ? f1_pll_hz(regs)
-                   : f4_pll_hz(regs));
+    else if (source < layout->hse)
+        find_buses(chip.model->hsi_hz);
     else
         chip_fault("switched to clock %u, which does not run", source);
+}
+
+/*
+ * Registers
+ */
+
+/* The ready bits that belong to enable bits. */
+static uint32_t
+ready_of(uint32_t cr)
+{
+    const struct layout *layout = find_layout();
+    uint32_t on = cr & layout->on;
+
+    /* MSI of the L4 is followed by its own */
+    return (on & 1 ? 2u : 0) | (on & ~1u) << layout->hsi_ready
+        | (cr & PLL_ON ? PLL_READY : 0)
+        | (cr & HSE_ON && chip.hse_hz ? HSE_READY : 0);
 }
 
 /* What is on becomes ready after a while. */
 static void
 update_ready(struct device *d)
 {
-    uint32_t *cr = &d->regs[0], on = *cr & (1u << 0 | 1u << 16 | 1u << 24);
-
     if (chip.cycle >= d->due)
-        *cr = (*cr & ~(1u << 1 | 1u << 17 | 1u << 25)) | on << 1;
-    if (!chip.hse_hz)
-        *cr &= ~(1u << 17);
+        d->regs[0] = (d->regs[0] & ~ready_of(UINT32_MAX))
+            | ready_of(d->regs[0]);
 }
 
 uint32_t
@@ -145,32 +220,32 @@ rcc_read(struct device *d, uint32_t offset)
 static void
 write_cr(struct device *d, uint32_t value)
 {
-    uint32_t kept = d->regs[0] & (1u << 1 | 1u << 17 | 1u << 25);
-    uint32_t on = value & (1u << 0 | 1u << 16 | 1u << 24);
+    uint32_t ready = ready_of(UINT32_MAX), kept = d->regs[0] & ready;
 
-    d->regs[0] = (value & ~(1u << 1 | 1u << 17 | 1u << 25))
-        | (kept & on << 1);
+    d->regs[0] = (value & ~ready) | (kept & ready_of(value));
     d->due = chip.cycle + READY_CYCLES;
 }
 
 void
 rcc_write(struct device *d, uint32_t offset, uint32_t value)
 {
-    const struct layout *layout = &layouts[chip.model->line];
-    uint32_t word = offset / 4, source = value & 3;
+    const struct layout *layout = find_layout();
+    uint32_t word = offset / 4, mask = layout->sws == 3 ? 7 : 3;
+    uint32_t pll_word = chip.model->line == LINE_F2F4F7 ? 1 : 3;
 
     update_ready(d);
-    if (word == layout->cr) {
+    if (word == 0) {
         write_cr(d, value);
         return;
     }
-    if (chip.model->line == LINE_F2F4F7 && word == 1
-        && d->regs[0] & (1u << 24))
+    if (layout->pll_hz != f1_pll_hz && layout->pll_hz != f0_pll_hz
+        && word == pll_word && d->regs[0] & PLL_ON)
         chip_fault("PLL changed while it is on");
     d->regs[word] = value;
     if (word == layout->cfgr) {
-        d->regs[word] = (value & ~0xcu) | source << 2;
-        switch_clock(source);
+        d->regs[word] = (value & ~(mask << layout->sws))
+            | (value & mask) << layout->sws;
+        switch_clock(value & mask);
     }
 }
 
@@ -179,4 +254,15 @@ rcc_has_clock(const struct device *d)
 {
     return !d->info->gate_offset
         || chip.rcc->regs[d->info->gate_offset / 4] & (1u << d->info->gate_bit);
+}
+
+void
+rcc_reset(struct device *d)
+{
+    const struct layout *layout = find_layout();
+
+    /* the L4 starts with MSI */
+    d->regs[0] = chip.model->line == LINE_L4 ? 1 : layout->on;
+    d->regs[0] |= ready_of(d->regs[0]);
+    d->due = 0;
 }
