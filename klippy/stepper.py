@@ -16,8 +16,12 @@ from klippy.rail import HomingInfo, Rail, iterate_family
 from klippy.stepperconfig import parse_gear_ratio, parse_step_distance
 from klippy_ext.itersolve import StepperKinematics
 from klippy_ext.kin_delta import DeltaKinematics
+from klippy_ext.kin_deltesian import DeltesianKinematics
 from klippy_ext.kin_extruder import ExtruderKinematics
 from klippy_ext.kin_linear import LinearKinematics
+from klippy_ext.kin_polar import PolarBedKinematics
+from klippy_ext.kin_rotary_delta import RotaryDeltaKinematics
+from klippy_ext.kin_winch import RadiusKinematics, WinchKinematics
 from klippy_ext.stepcompress import StepCompress
 from klippy_ext.trapq import TrapQ
 
@@ -33,15 +37,19 @@ MAX_BOTH_EDGE_PULSE = 0.000000500
 BOTH_EDGES = -1
 BOTH_EDGE_CONSTANTS = ("STEPPER_STEP_BOTH_EDGE", "STEPPER_BOTH_EDGE")
 
-# Weights of x, y, z by what the historical functions are called with
-LINEAR_KINDS = {
+# Weights of x, y, z, or a class, by what the historical functions are called with
+VARIANTS = {
     "cartesian_stepper_alloc": {
         "x": (1., 0., 0.), "y": (0., 1., 0.), "z": (0., 0., 1.)},
     "corexy_stepper_alloc": {"+": (1., 1., 0.), "-": (1., -1., 0.)},
     "corexz_stepper_alloc": {"+": (1., 0., 1.), "-": (1., 0., -1.)},
+    "polar_stepper_alloc": {"a": PolarBedKinematics, "r": RadiusKinematics},
 }
 OTHER_KINDS = {"delta_stepper_alloc": DeltaKinematics,
-               "extruder_stepper_alloc": ExtruderKinematics}
+               "deltesian_stepper_alloc": DeltesianKinematics,
+               "extruder_stepper_alloc": ExtruderKinematics,
+               "rotary_delta_stepper_alloc": RotaryDeltaKinematics,
+               "winch_stepper_alloc": WinchKinematics}
 # Printer objects that every stepper of the config is shown to
 REGISTRIES = ("stepper_enable", "force_move", "motion_report")
 
@@ -53,15 +61,16 @@ def make_kinematics(kind, *params):
     """
     if kind in OTHER_KINDS:
         return OTHER_KINDS[kind](*params)
-    variants = LINEAR_KINDS.get(kind)
+    variants = VARIANTS.get(kind)
     if variants is None:
         raise ConfigError("There are no kinematics '%s', only %s" % (
-            kind, ", ".join(sorted([*LINEAR_KINDS, *OTHER_KINDS]))))
+            kind, ", ".join(sorted([*VARIANTS, *OTHER_KINDS]))))
     variant = params[0].decode() if isinstance(params[0], bytes) else params[0]
     if variant not in variants:
         raise ConfigError("Kinematics '%s' have no '%s', only %s" % (
             kind, variant, ", ".join(sorted(variants))))
-    return LinearKinematics(*variants[variant])
+    chosen = variants[variant]
+    return LinearKinematics(*chosen) if isinstance(chosen, tuple) else chosen()
 
 
 def wrap_pointer(value, wrapper):

@@ -126,6 +126,57 @@ def make_curved(kind, advance=0.04, extra=""):
     return text + make_extruder(advance) + extra
 
 
+def make_dual(advance=0.04, extra=""):
+    """A cartesian machine with a second carriage on x."""
+    dual = (MOTOR.format(name="dual_carriage", port="D", distance=40.)
+            + SWITCH.format(port="D", stop=260., low=0., high=260., speed=60.)
+            + "axis: x\nsafe_distance: 30\n")
+    return make_axes("cartesian", advance, dual + extra)
+
+
+GENERIC = """
+[carriage x]
+endstop_pin: ^PA3
+position_endstop: 0
+position_min: -5
+position_max: 220
+homing_speed: 60
+
+[dual_carriage u]
+primary_carriage: x
+endstop_pin: ^PD3
+position_endstop: 260
+position_max: 260
+homing_speed: 60
+
+[carriage y]
+endstop_pin: ^PB3
+position_endstop: 0
+position_max: 220
+homing_speed: 60
+
+[carriage z]
+endstop_pin: ^PC3
+position_endstop: 0
+position_min: -2
+position_max: 200
+homing_speed: 10
+"""
+
+
+def make_generic(advance=0.04, extra=""):
+    """Motors that mix three axes at weights of their own, and a second x."""
+    text = ("[mcu]\nserial: /dev/null\n\n[printer]\nkinematics: generic_cartesian\n"
+            "max_velocity: 300\nmax_accel: 4000\nmax_z_velocity: 15\n"
+            "max_z_accel: 200\n" + GENERIC)
+    for name, port, carriages in (("stepper a", "A", "x+y"), ("stepper b", "B", "u-y"),
+                                  ("stepper c", "C", "0.5*y-z"),
+                                  ("stepper d", "D", "y+2*z")):
+        text += (MOTOR.format(name=name, port=port, distance=40.)
+                 + "carriages: %s\n" % carriages)
+    return text + make_extruder(advance) + extra
+
+
 PRINTER_OPTIONS = ("max_accel", "square_corner_velocity", "max_z_accel",
                    "minimum_cruise_ratio")
 

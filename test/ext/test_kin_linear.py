@@ -140,3 +140,22 @@ def test_wrong_use():
         kin.set_stepcompress(None, 0.0)
     with pytest.raises(RuntimeError):
         kin.__init__(0.0, 1.0, 0.0)
+
+
+def test_other_weights_from_a_rest_on():
+    rig = make_rig([(1.0, 0.0, 0.0)], start=(3.0, 5.0, 0.0))
+    kin = rig.kinematics[0]
+    t, position = rig.add(1.0, make_move(0.1, 0.4, 0.1, rig.start, (0.6, 0.8, 0.0), 0.0,
+                                         20.0, 200.0))
+    rig.run(2.0)
+    made = rig.steppers[0].get_last_position()
+    # mirrored about where it now is
+    kin.set_weights(-1.0, 0.0, 0.0, 2.0 * position[0])
+    assert kin.calc_position_from_coord(*position) == pytest.approx(position[0])
+    rig.add(2.5, make_move(0.1, 0.4, 0.1, position, (-0.6, -0.8, 0.0), 0.0, 20.0,
+                           200.0))
+    rig.run(4.0, begin=2.0)
+    # the way back goes on, and no step is lost between
+    assert rig.steppers[0].get_last_position() == 2 * made == 960
+    kin.set_weights(0.0, 0.0, 0.0, 99.0)
+    assert not any(kin.is_active_axis(axis) for axis in "xyz")

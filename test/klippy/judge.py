@@ -32,10 +32,13 @@ class Judge:
     """Checks the steps of one run of a job against the model."""
 
     def __init__(self, run, config_text, job, start, smooth_time=0.04,
-                 extra_limit=None, tolerance=TOLERANCE, cut=None):
-        """start: Snapshot before the job.  extra_limit, cut: see truth.plan.plan()."""
+                 extra_limit=None, tolerance=TOLERANCE, cut=None, more=None):
+        """start: Snapshot before the job.  extra_limit, cut: see truth.plan.plan().
+
+        more: {stepper: (position(xyz (n, 3)), mm a step)} beside the usual ones.
+        """
         self.run, self.start, self.extra_limit = run, start, extra_limit
-        self.cut = cut
+        self.cut, self.more = cut, more or {}
         self.config = machines.read_config(config_text)
         self.smooth_time = smooth_time
         self.bound = tolerance
@@ -49,7 +52,8 @@ class Judge:
 
     def _list_motors(self):
         motors = []
-        for name, (function, step_dist) in machines.steppers(self.config).items():
+        known = {**machines.steppers(self.config), **self.more}
+        for name, (function, step_dist) in known.items():
             motors.append(self._make_motor(
                 name, lambda path, t, f=function: f(path.xyz(t)), step_dist))
         if "stepper_bed" in self.config:

@@ -13,9 +13,9 @@ from printer_run import PrinterRun
 
 SAMPLES = pathlib.Path(__file__).resolve().parents[2] / "config" / "samples"
 LINEAR = ("cartesian", "corexy", "corexz", "hybrid_corexy", "hybrid_corexz")
-KINDS = (*LINEAR, "delta", *machine_configs.CURVED)
+KINDS = (*LINEAR, "delta", *machine_configs.CURVED, "generic_cartesian")
 # Where jobs begin, and from the samples' bed to there
-PLACE = {**dict.fromkeys(LINEAR, (100., 100.)), "delta": (0., 0.),
+PLACE = {**dict.fromkeys(KINDS, (100., 100.)), "delta": (0., 0.),
          "deltesian": (0., 100.), "polar": (60., 50.), "rotary_delta": (0., 0.),
          "winch": (0., 0.)}
 CENTRE = {kind: (x - 100., y - 100.) for kind, (x, y) in PLACE.items()}
@@ -58,6 +58,8 @@ G1 X3
 def make_config(kind, advance=0.04):
     if kind == "delta":
         return machine_configs.make_delta(advance, machine_configs.BED)
+    if kind == "generic_cartesian":
+        return machine_configs.make_generic(advance, machine_configs.BED)
     if kind in machine_configs.CURVED:
         return machine_configs.make_curved(kind, advance, machine_configs.BED)
     return machine_configs.make_axes(kind, advance, machine_configs.BED)
@@ -153,6 +155,21 @@ def test_edge_of_a_delta(tmp_path):
     judge.extra_limit = None
     with pytest.raises(AssertionError):
         judge.check()
+
+
+@pytest.mark.parametrize("mode, scale, offset", [
+    ("PRIMARY", 0., 150.), ("COPY", 1., 120.), ("MIRROR", -1., 180.)])
+def test_second_carriage(tmp_path, mode, scale, offset):
+    config = machine_configs.make_dual(0.04, machine_configs.BED)
+    prepare = (PREPARE % (30., 100.) + "SET_DUAL_CARRIAGE CARRIAGE=1\nG1 X150\n"
+               "SET_DUAL_CARRIAGE CARRIAGE=0\n")
+    if scale:
+        prepare += "SET_DUAL_CARRIAGE CARRIAGE=1 MODE=%s\n" % mode
+    run = PrinterRun(config, tmp_path).run([prepare, MIXED], 1)
+    judge = Judge(run, config, "G90\nM83\n" + MIXED, run.snapshots[0], more={
+        "dual_carriage": (lambda p: scale * p[:, 0] + offset, 0.0125)})
+    counts = judge.check()
+    assert counts["dual_carriage"] == (counts["stepper_x"] if scale else 0)
 
 
 def test_past_the_centre_of_a_bed(tmp_path):

@@ -103,6 +103,15 @@ def winch(config):
             for name, section in config.items() if "anchor_x" in section}
 
 
+def generic_cartesian(config):
+    """That of machine_configs.make_generic(), its u resting at its endstop."""
+    rest = float(config["dual_carriage u"]["position_endstop"])
+    return {"stepper a": lambda p: p[:, 0] + p[:, 1],
+            "stepper b": lambda p: rest - p[:, 1],
+            "stepper c": lambda p: 0.5 * p[:, 1] - p[:, 2],
+            "stepper d": lambda p: p[:, 1] + 2. * p[:, 2]}
+
+
 def polar(config):
     """Without the bed, whose turns depend on the whole path."""
     return {"stepper_arm": curves.radius, "stepper_z": lambda p: p[:, 2]}
@@ -111,7 +120,8 @@ def polar(config):
 KINEMATICS = {"cartesian": cartesian, "corexy": corexy, "corexz": corexz,
               "hybrid_corexy": hybrid_corexy, "hybrid_corexz": hybrid_corexz,
               "delta": delta, "deltesian": deltesian, "rotary_delta": rotary_delta,
-              "winch": winch, "polar": polar}
+              "winch": winch, "polar": polar,
+              "generic_cartesian": generic_cartesian}
 
 
 def steppers(config):

@@ -197,6 +197,17 @@ def test_kinematics_by_historical_names():
         assert made.calc_position_from_coord(*coord) == position
     delta = stepper.make_kinematics("delta_stepper_alloc", 400., 0., 10.)
     assert delta.calc_position_from_coord(0., 10., 5.) == pytest.approx(25.)
+    arm = stepper.make_kinematics("polar_stepper_alloc", b"r")
+    assert arm.calc_position_from_coord(3., 4., 9.) == 5.
+    bed = stepper.make_kinematics("polar_stepper_alloc", b"a")
+    assert bed.calc_position_from_coord(0., 4., 9.) == pytest.approx(math.pi / 2.)
+    winch = stepper.make_kinematics("winch_stepper_alloc", 0., 0., 9.)
+    assert winch.calc_position_from_coord(3., 4., 9.) == 5.
+    left = stepper.make_kinematics("deltesian_stepper_alloc", 25., -3.)
+    assert left.calc_position_from_coord(0., 7., 1.) == 5.
+    elbow = stepper.make_kinematics("rotary_delta_stepper_alloc", 10., 50., 0., 20.,
+                                    50.)
+    assert elbow.calc_position_from_coord(0., 0., 10.) == pytest.approx(0.)
     extruder = stepper.make_kinematics("extruder_stepper_alloc")
     assert extruder.calc_position_from_coord(*coord) == 3.
     with pytest.raises(ConfigError, match="no kinematics 'polar'.*corexy"):
