@@ -90,29 +90,33 @@ static inline void pulse_zero(struct gpio_out pin)
     delay_ticks(REST_TICKS(ZERO_NS));
 }
 
-/* False if a pause got too long.  Takes and returns when the last pulse
- * began. */
-static bool send_byte(const struct neopixel *n, uint8_t byte,
-                      delay_stamp_t *rise)
+/* False if a pause got too long.  All in one loop: what passes between the
+ * last bit of a byte and the next is a pause, too. */
+static bool send_bytes(struct gpio_out pin, const uint8_t *data,
+                       const uint8_t *end, delay_stamp_t limit)
 {
-    struct gpio_out pin = n->pin;
-    delay_stamp_t limit = n->bit_max_ticks, last = *rise, now;
+    delay_stamp_t last, now;
 
-    for (uint8_t n_bits = 8; n_bits; n_bits--) {
-        irq_disable();
-        now = delay_stamp();
-        if ((delay_stamp_t)(now - last) > limit) {
-            irq_enable();
-            return false;
+    irq_disable();
+    last = delay_stamp();
+    irq_enable();
+    for (; data != end; data++) {
+        uint8_t byte = *data;
+        for (uint8_t n_bits = 8; n_bits; n_bits--) {
+            irq_disable();
+            now = delay_stamp();
+            if ((delay_stamp_t)(now - last) > limit) {
+                irq_enable();
+                return false;
+            }
+            last = now;
+            if (byte & 0x80)
+                pulse_one(pin);
+            else
+                pulse_zero(pin);
+            byte = (uint8_t)(byte << 1);
         }
-        last = now;
-        if (byte & 0x80)
-            pulse_one(pin);
-        else
-            pulse_zero(pin);
-        byte = (uint8_t)(byte << 1);
     }
-    *rise = last;
     return true;
 }
 
@@ -120,16 +124,12 @@ static bool send_byte(const struct neopixel *n, uint8_t byte,
 static bool send_all(struct neopixel *n)
 {
     uint32_t since = timer_read_clock() - n->end_clock;
-    delay_stamp_t rise;
-    bool is_sent = true;
+    bool is_sent;
 
     if (since < n->reset_min_ticks)
         delay_ticks(n->reset_min_ticks - since);
-    irq_disable();
-    rise = delay_stamp();
-    irq_enable();
-    for (uint16_t i = 0; is_sent && i < n->size; i++)
-        is_sent = send_byte(n, n->data[i], &rise);
+    is_sent = send_bytes(n->pin, n->data, n->data + n->size,
+                         n->bit_max_ticks);
     n->end_clock = timer_read_clock();
     return is_sent;
 }
