@@ -292,8 +292,11 @@ class SerialReader:
                       self.msgparser.format_params(params))
 
     def _handle_unknown(self, params):
-        logging.warning("%sunknown message %s", self.warn_prefix,
-                        params["#msg"].hex())
+        # before the dictionary is there everything but its parts is unknown
+        level = logging.WARNING if self.msgparser.get_version_info()[0] else (
+            logging.DEBUG)
+        logging.log(level, "%sunknown message %s", self.warn_prefix,
+                    params["#msg"].hex())
 
     def _handle_output(self, params):
         logging.info("%soutput: %s", self.warn_prefix, params["#msg"])

@@ -12,4 +12,6 @@ cdef class MCU:
     cdef public double _mcu_freq
     cdef public list _post_init_callbacks, _movequeue_callbacks
     cdef public int _reserved_move_slots
+    # Changes of outputs that came too late for their time
+    cdef public int late_outputs
     cdef public bint _is_configured

@@ -27,6 +27,8 @@ NOT_RESTARTED = "not_restarted"
 MAX_STEP_LATENCY = 0.000044
 MAX_STEPPER_ERROR = 0.000025
 MIN_SCHEDULE_TIME = 0.100
+# What is less ahead may not reach the mcu in time
+LATE_MARGIN = 0.040
 MAX_NOMINAL_DURATION = 3.
 MAX_TICKS = 0x7fffffff
 FILE_MOVE_COUNT = 500
@@ -59,6 +61,7 @@ class MCU:
         self._post_init_callbacks = []
         self._movequeue_callbacks = []
         self._reserved_move_slots = 0
+        self.late_outputs = 0
         self._mcu_freq = 0.
         self._is_configured = False
         self._emergency_stop_cmd = self._clear_shutdown_cmd = None
@@ -356,6 +359,19 @@ class MCU:
     def print_time_to_clock(self, print_time):
         """Clock (int ticks) of a print_time (s)."""
         return self._clocksync.print_time_to_clock(print_time)
+
+    def output_clock(self, print_time):
+        """Clock of a change of an output: late ones come as soon as possible.
+
+        An output that changes a moment after it should costs nothing; an event in
+        the past would shut the mcu down.  stats() counts what was late.
+        """
+        if not self.is_fileoutput():
+            now = self.estimated_print_time(self._reactor.monotonic())
+            if print_time < now + LATE_MARGIN:
+                self.late_outputs += 1
+                print_time = now + MIN_SCHEDULE_TIME
+        return self.print_time_to_clock(print_time)
 
     def clock_to_print_time(self, clock):
         """print_time (s) of a clock (ticks)."""

@@ -214,3 +214,9 @@ def test_board_that_forgot(make_host, tmp_path, job):
 
     host.run_boots(fail, lambda host: print_to_the_end(host, job),
                    restart="gcode/firmware_restart")
+
+
+def test_quiet_start(make_host, tmp_path, caplog):
+    """What a board says before its dictionary is read is no warning."""
+    make_host(make_config(tmp_path)).run_boots(lambda host: host.pause(1.))
+    assert not [r for r in caplog.records if "unknown message" in r.message]

@@ -13,7 +13,7 @@ ABSOLUTE_ZERO = -273.15
 # The mcu turns a heater off by itself this long after the last update.
 MAX_HEAT_TIME = 5.0
 # The output is renewed at this fraction of MAX_HEAT_TIME.
-RENEW_FRACTION = 0.75
+RENEW_FRACTION = 0.1
 SMALL_POWER_CHANGE = 0.05
 # A reading older than this is not shown as a temperature.
 STALE_READING = 7.0

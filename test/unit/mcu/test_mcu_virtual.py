@@ -274,12 +274,12 @@ def test_missing_command_names_command_and_mcu(make_bench):
     def make(config, objects):
         mcu = config.get_printer().lookup_object("mcu")
         mcu.register_config_callback(
-            lambda: mcu.lookup_command("config_neopixel oid=%c pin=%u"))
+            lambda: mcu.lookup_command("config_teapot oid=%c pin=%u"))
 
     def body(it):
         assert it.state == "error"
         assert "MCU 'mcu' is of another build" in it.message
-        assert "'config_neopixel'" in it.message
+        assert "'config_teapot'" in it.message
         assert "flash" in it.message
 
     make_bench().run(body, make)
