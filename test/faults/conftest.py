@@ -1,8 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the fault tests share."""
 
+import pathlib
+import sys
+
 import pytest
 from daemon_run import Host
+
+# The model that judges steps
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "klippy"))
 
 
 @pytest.fixture

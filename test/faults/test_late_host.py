@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A host that does nothing for a while, at random moments of a print."""
+
+import random
+import re
+
+import machine_configs
+import pytest
+from judge import Judge
+from printer_run import PrinterRun
+from test_exact_steps import cut_sample, make_config
+
+KIND = "cartesian"
+N_LINES = 1500
+
+
+class StallingRun(PrinterRun):
+    """Stands still for so many s, again and again, while a file is printed."""
+
+    def __init__(self, config, folder, stall, seed=1):
+        super().__init__(config, folder, seed)
+        self.stall, self.draw, self.n_stalls = stall, random.Random(seed), 0
+
+    def _print_file(self, gcode, path):
+        reactor = self.printer.get_reactor()
+        timer = reactor.register_timer(self._stand_still, reactor.monotonic() + 1.)
+        super()._print_file(gcode, path)
+        reactor.unregister_timer(timer)
+
+    def _stand_still(self, eventtime):
+        """The world goes on, and the host does not look."""
+        while self.world.monotonic() < eventtime + self.stall:
+            self.world.advance(eventtime + self.stall)
+        self.n_stalls += 1
+        return self.world.monotonic() + self.draw.uniform(0.3, 4.)
+
+
+@pytest.mark.parametrize("stall", [0.01, 0.1, 0.5])
+def test_short_stalls_leave_no_trace(tmp_path, stall):
+    """Every step lies where it would have been, and nothing was late."""
+    config = make_config(KIND)
+    before, job = cut_sample("cube20.gcode", KIND, N_LINES)
+    path = tmp_path / "job.gcode"
+    path.write_text(job)
+    run = StallingRun(config, tmp_path, stall).run([before, path], 1)
+    assert run.n_stalls > 30
+    assert run.printer.lookup_object("toolhead").print_stall == 0
+    assert min(Judge(run, config, job, run.snapshots[0],
+                     extra_limit=machine_configs.find_limits(KIND, config)
+                     ).check().values()) > 1000
+
+
+def test_late_output_comes_at_once(tmp_path):
+    """A fan that should have changed while the host stood still."""
+    config = make_config(KIND)
+
+    class Late(PrinterRun):
+        def _run_part(self, gcode, part):
+            mcu = self.printer.lookup_object("mcu")
+            fan = self.printer.lookup_object("fan").fan.mcu_fan
+            now = self.printer.get_reactor().monotonic()
+            fan.set_pwm(mcu.estimated_print_time(now) - 2., 1.)
+            self.printer.get_reactor().pause(now + 0.3)
+            assert mcu.late_outputs == 1 and not self.printer.is_shutdown()
+            trace = self.machine.mcus["mcu"].watch_output(
+                self.machine.get_pin_map("mcu")[re.search(
+                    r"\[fan\]\npin: (\w+)", config)[1]])
+            assert trace.level == 1
+
+    Late(config, tmp_path).run(["late"])
