@@ -21,6 +21,8 @@ struct gpio_out { volatile uint8_t *port; uint8_t bit; };
 struct gpio_in { volatile uint8_t *port; uint8_t bit; };
 struct gpio_adc { uint8_t channel; };
 struct gpio_pwm { uint8_t channel; };
+struct spi_config { uint8_t spcr, spsr; };
+struct i2c_config { uint8_t addr, twbr; };
 
 static inline void irq_disable(void)
 {

@@ -39,6 +39,10 @@ enum {
     N_ADC_VALUES = 8,           /* that libsimavr has room for */
 };
 
+/* simavr_bus.c, where that is linked: its buses lead into the world too. */
+__attribute__((weak)) void simavr_bus_connect(
+    avr_t *avr, const struct vmcu_host *host, uint64_t (*clock)(void));
+
 struct chip {
     avr_t *avr;
     struct vmcu_host host;
@@ -297,6 +301,8 @@ power_on(const struct vmcu_host *host, uint64_t clock)
     connect_pins(avr);
     connect_uart(avr);
     connect_adc(avr);
+    if (simavr_bus_connect)
+        simavr_bus_connect(avr, host, now);
     avr_irq_register_notify(
         avr_get_interrupt_irq(avr, AVR_INT_ANY) + AVR_INT_IRQ_RUNNING,
         on_interrupt, NULL);
