@@ -11,11 +11,15 @@
 #include <stdlib.h>
 
 #include "kin_delta.h"
+#include "kin_deltesian.h"
 #include "kin_extruder.h"
 #include "kin_linear.h"
+#include "kin_polar.h"
+#include "kin_rotary_delta.h"
+#include "kin_winch.h"
 #include "steppersync.h"
 
-enum { STEPPERS = 5, MOVES = 300, MOVE_COUNT = 20 };
+enum { STEPPERS = 10, MOVES = 300, MOVE_COUNT = 20 };
 
 #define FREQ 16e6
 
@@ -87,12 +91,22 @@ make_kinematics(struct machine *m)
     struct kin_delta *c = kin_delta_new(250. * 250., 130., 0.);
     struct kin_delta *d = kin_delta_new(250. * 250., -65., 112.);
     struct kin_extruder *e = kin_extruder_new();
+    struct kin_winch *f = kin_winch_new(50., -800., 900.);
+    struct kin_winch *g = kin_winch_new_radius();
+    struct kin_polar *h = kin_polar_new();
+    struct kin_delta *i = kin_deltesian_new(250. * 250., -130.);
+    struct kin_rotary_delta *j = kin_rotary_delta_new(40., 300., 1., 120., 260.);
 
     m->is[0] = a ? &a->is : NULL;
     m->is[1] = b ? &b->is : NULL;
     m->is[2] = c ? &c->is : NULL;
     m->is[3] = d ? &d->is : NULL;
     m->is[4] = e ? &e->is : NULL;
+    m->is[5] = f ? &f->is : NULL;
+    m->is[6] = g ? &g->is : NULL;
+    m->is[7] = h ? &h->is : NULL;
+    m->is[8] = i ? &i->is : NULL;
+    m->is[9] = j ? &j->is : NULL;
 }
 
 /* Returns 0 or -ENOMEM; destroy() takes either. */
