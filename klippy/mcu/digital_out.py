@@ -34,7 +34,7 @@ class MCU_digital_out:
 
     def set_digital(self, print_time, value):
         """Change the output at print_time."""
-        clock = max(self._mcu.output_clock(print_time), self._last_clock)
+        clock = self._mcu.output_clock(print_time, self._last_clock)
         self._set_cmd.send([self._oid, clock, int(bool(value)) ^ self._invert],
                            minclock=self._last_clock, reqclock=clock)
         self._last_clock = clock

@@ -29,6 +29,8 @@ MAX_STEPPER_ERROR = 0.000025
 MIN_SCHEDULE_TIME = 0.100
 # What is less ahead may not reach the mcu in time
 LATE_MARGIN = 0.040
+# Two changes of one output lie so far apart at least
+OUTPUT_GAP = 0.020
 MAX_NOMINAL_DURATION = 3.
 MAX_TICKS = 0x7fffffff
 FILE_MOVE_COUNT = 500
@@ -360,8 +362,10 @@ class MCU:
         """Clock (int ticks) of a print_time (s)."""
         return self._clocksync.print_time_to_clock(print_time)
 
-    def output_clock(self, print_time):
-        """Clock of a change of an output: late ones come as soon as possible.
+    def output_clock(self, print_time, last_clock):
+        """Clock of a change of an output after that at last_clock.
+
+        Late ones come as soon as possible.
 
         An output that changes a moment after it should costs nothing; an event in
         the past would shut the mcu down.  stats() counts what was late.
@@ -371,7 +375,9 @@ class MCU:
             if print_time < now + LATE_MARGIN:
                 self.late_outputs += 1
                 print_time = now + MIN_SCHEDULE_TIME
-        return self.print_time_to_clock(print_time)
+            # it leaves when the last one has happened
+            last_clock += self.seconds_to_clock(OUTPUT_GAP)
+        return max(self.print_time_to_clock(print_time), last_clock)
 
     def clock_to_print_time(self, clock):
         """print_time (s) of a clock (ticks)."""

@@ -45,7 +45,7 @@ class MCU_pwm:
 
     def set_pwm(self, print_time, value):
         """Change the duty at print_time."""
-        clock = max(self._mcu.output_clock(print_time), self._last_clock)
+        clock = self._mcu.output_clock(print_time, self._last_clock)
         ticks = int(self._duty(value) * self._pwm_max + 0.5)
         self._set_cmd.send([self._oid, clock, ticks],
                            minclock=self._last_clock, reqclock=clock)
