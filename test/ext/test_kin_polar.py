@@ -109,6 +109,24 @@ def test_near_the_centre(name, start, moves):
         assert away == pytest.approx(round(away), abs=STEP)
 
 
+coords = st.one_of(st.floats(-0.03, 0.03), st.floats(-0.5, 0.5),
+                   st.sampled_from([0.0, CORE, -CORE]))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(coords, coords), min_size=2, max_size=7))
+def test_random_ways_around_the_centre(corners):
+    ways = [(x1 - x0, y1 - y0) for (x0, y0), (x1, y1)
+            in zip(corners, corners[1:], strict=False)]
+    assume(all(math.hypot(*way) > 0.025 for way in ways))
+    at, angle, off, rig = run_both(ways, corners[0])
+    assert off < 2.0 * CORE + 2.0 * STEP
+    x, y = corners[-1]
+    if math.hypot(x, y) > CORE * 1.01:
+        away = (angle[-1] - math.atan2(y, x)) / (2.0 * math.pi)
+        assert abs(away - round(away)) * 2.0 * math.pi <= STEP
+
+
 def test_slices_do_not_matter():
     results = []
     for period in (0.25, 0.013):

@@ -219,3 +219,19 @@ def test_judge_sees_small_differences(tmp_path, option, value):
     judge = Judge(run, config, "G90\nM83\n" + MIXED, run.snapshots[0])
     with pytest.raises(AssertionError):
         judge.check()
+
+
+@pytest.mark.parametrize("kind, before, after", [
+    ("deltesian", "arm_length: 260", "arm_length: 260.1"),
+    ("polar", "gear_ratio: 80:16", "gear_ratio: 80.01:16"),
+    ("rotary_delta", "shoulder_height: 400", "shoulder_height: 400.1"),
+    ("winch", "anchor_z: 1500", "anchor_z: 1501")])
+def test_judge_sees_another_geometry(tmp_path, kind, before, after):
+    run, _ = run_job(tmp_path, kind, MIXED)
+    config = make_config(kind)
+    assert before in config
+    limits = machine_configs.find_limits(kind, config)
+    judge = Judge(run, config.replace(before, after), "G90\nM83\n" + MIXED,
+                  run.snapshots[0], extra_limit=limits)
+    with pytest.raises(AssertionError):
+        judge.check()
