@@ -83,6 +83,7 @@ struct adc_v3_regs {
 #define ADC_CR_ADCAL (1u << 31)
 #define ADC_V2_CFGR2_PCLK4 (2u << 30)
 #define ADC_CCR_TSEN (1u << 23)
+#define ADC_CFGR_JQDIS (1u << 31)
 
 /* Timers: RM0008, 14.4 and 15.4.  CCMR1 and 2 hold two channels each. */
 struct tim_regs {

@@ -10,7 +10,8 @@
 
 DECL_CONSTANT_STR("MCU", CONFIG_MCU);
 
-#define STATS_PERIOD (CONFIG_CLOCK_FREQ * 5)
+/* A timer reaches less than 2^31 ticks ahead. */
+#define STATS_PERIOD (CONFIG_CLOCK_FREQ * (CONFIG_CLOCK_FREQ > 400000000 ? 3 : 5))
 #define IDENTIFY_MAX 49
 
 static bool stats_event(struct timer *timer);

@@ -40,6 +40,44 @@ static const uint8_t g0_more[] = {
 #define CHANNEL_TEMPERATURE 12
 #endif
 
+#if CONFIG_MACH_STM32G4
+static const uint8_t g4_first[] = {
+    GPIO('A', 0), GPIO('A', 1), GPIO('A', 2), GPIO('A', 3), GPIO('B', 14),
+    GPIO('C', 0), GPIO('C', 1), GPIO('C', 2), GPIO('C', 3), GPIO('F', 0),
+    GPIO('B', 12), GPIO('B', 1), GPIO_NONE, GPIO_NONE, GPIO('B', 0),
+};
+static const uint8_t g4_second[] = {
+    GPIO('A', 6), GPIO('A', 7), GPIO('C', 4), GPIO_NONE, GPIO_NONE, GPIO_NONE,
+    GPIO_NONE, GPIO('F', 1), GPIO('C', 5), GPIO('B', 2), GPIO('A', 5),
+    GPIO('B', 11), GPIO('B', 15), GPIO_NONE, GPIO('A', 4),
+};
+#define CHANNEL_TEMPERATURE 16
+#elif CONFIG_MACH_STM32L4
+static const uint8_t l4_pins[] = {
+    GPIO('C', 0), GPIO('C', 1), GPIO('C', 2), GPIO('C', 3), GPIO('A', 0),
+    GPIO('A', 1), GPIO('A', 2), GPIO('A', 3), GPIO('A', 4), GPIO('A', 5),
+    GPIO('A', 6), GPIO('A', 7), GPIO('C', 4), GPIO('C', 5), GPIO('B', 0),
+    GPIO('B', 1),
+};
+#define CHANNEL_TEMPERATURE 17
+#elif CONFIG_MACH_STM32H7
+static const uint8_t h7_pins[] = {
+    GPIO('F', 11), GPIO('A', 6), GPIO('C', 4), GPIO('B', 1), GPIO('F', 12),
+    GPIO('A', 7), GPIO('C', 5), GPIO('B', 0), GPIO('C', 0), GPIO('C', 1),
+    GPIO('C', 2), GPIO('C', 3), GPIO('A', 2), GPIO('A', 3), GPIO('A', 0),
+    GPIO('A', 1), GPIO('A', 4), GPIO('A', 5),
+};
+static const uint8_t h7_third[] = {
+    GPIO('F', 9), GPIO('F', 7), GPIO('F', 5), GPIO('F', 3), GPIO('F', 10),
+    GPIO('F', 8), GPIO('F', 6), GPIO('F', 4),
+};
+#define TEMPERATURE_UNIT 1
+#define CHANNEL_TEMPERATURE (CONFIG_MACH_STM32H723 ? 17 : 18)
+#endif
+
+#ifndef TEMPERATURE_UNIT
+#define TEMPERATURE_UNIT 0
+#endif
 #if CONFIG_MACH_STM32F1 || CONFIG_MACH_STM32F2 || CONFIG_MACH_STM32F405 \
     || CONFIG_MACH_STM32F407 || CONFIG_MACH_STM32F0
 #define CHANNEL_TEMPERATURE 16
@@ -49,9 +87,20 @@ static const uint8_t g0_more[] = {
 static const uint8_t temperature[] = { PIN_ADC_TEMPERATURE };
 
 static const struct span spans[] = {
-    SPAN(0, CHANNEL_TEMPERATURE, temperature),
+    SPAN(TEMPERATURE_UNIT, CHANNEL_TEMPERATURE, temperature),
 #if CONFIG_STM32_ADC_V1 || CONFIG_MACH_STM32F0
     SPAN(0, 0, unit1_pins),
+#endif
+#if CONFIG_MACH_STM32G4
+    SPAN(0, 1, g4_first),
+    SPAN(1, 3, g4_second),
+#endif
+#if CONFIG_MACH_STM32L4
+    SPAN(0, 1, l4_pins),
+#endif
+#if CONFIG_MACH_STM32H7
+    SPAN(0, 2, h7_pins),
+    SPAN(1, 2, h7_third),
 #endif
 #if CONFIG_MACH_STM32G0
     SPAN(0, 0, g0_pins),
@@ -71,7 +120,7 @@ struct gpio_adc adc_find(uint32_t pin)
         uint8_t i;
 
         for (i = 0; i < span->n_pins; i++)
-            if (span->pins[i] == pin)
+            if (span->pins[i] == pin && pin != GPIO_NONE)
                 return (struct gpio_adc) { (uint8_t)(span->first + i),
                                            span->unit };
     }

@@ -14,6 +14,10 @@
 #include "stm32/f0.h"
 #elif CONFIG_MACH_STM32G0
 #include "stm32/g0.h"
+#elif CONFIG_MACH_STM32G4 || CONFIG_MACH_STM32L4
+#include "stm32/g4l4.h"
+#elif CONFIG_MACH_STM32H7
+#include "stm32/h7.h"
 #endif
 
 #define RCC ((struct rcc_regs *)RCC_BASE)

@@ -10,11 +10,15 @@ stm32-$(CONFIG_MACH_STM32F1) += clock_f1.c gpio_v1.c
 stm32-$(CONFIG_STM32_F2F4F7) += clock_f2f4f7.c
 stm32-$(CONFIG_MACH_STM32F0) += clock_f0.c
 stm32-$(CONFIG_MACH_STM32G0) += clock_g0.c
+stm32-$(CONFIG_MACH_STM32G4) += clock_g4l4.c
+stm32-$(CONFIG_MACH_STM32L4) += clock_g4l4.c
+stm32-$(CONFIG_MACH_STM32H7) += clock_h7.c
 stm32-$(CONFIG_STM32_CLOCK_TIM2) += timer.c
 stm32-$(CONFIG_STM32_CLOCK_CHAINED) += timer.c
 stm32-$(CONFIG_STM32_GPIO_V2) += gpio_v2.c
 stm32-$(CONFIG_STM32_ADC_V1) += adc_v1.c
 stm32-$(CONFIG_STM32_ADC_V2) += adc_v2.c
+stm32-$(CONFIG_STM32_ADC_V3) += adc_v3.c
 stm32-$(CONFIG_WANT_HARD_PWM) += pwm.c
 port-src += $(stm32-y:%=$(stm32)/%)
 FLASH_HINT := make flash FLASH_DEVICE=/dev/ttyUSB0 (boot loader of the chip)

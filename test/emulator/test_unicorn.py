@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The STM32 firmware on emulated chips, as mcus of the virtual world."""
+"""The STM32 firmware on emulated chips: it boots, talks, steps and stops.
 
+Chips are stepped by hand, message by message; edges are compared with the
+clocks that were asked for.
+"""
+
+import firmware_matrix
 import pytest
 import unicorn_board
-
-from klippy.reactor import Reactor
-from klippy.serialhdl import SerialReader
-from klippy_ext.vworld import VirtualWorld
+from unicorn_board import UnicornBoard
 
 pytestmark = [pytest.mark.emulator,
               pytest.mark.skipif(bool(unicorn_board.why_not()),
                                  reason=unicorn_board.why_not())]
 
-CHIPS = ["stm32f072", "stm32f070", "stm32f103", "stm32f401", "stm32f407",
-         "stm32f446", "stm32g0b1", "stm32g070"]
+CHIPS = [name for name in firmware_matrix.CONFIGS if name.startswith("stm32")]
+STEP, DIR, SWITCH, OUT, SENSOR = "PB0", "PB1", "PB3", "PB4", "PA4"
+# From a timer's clock to the pin, in instructions
+PROMPT = 60
 
 
 @pytest.fixture(scope="module")
@@ -22,43 +26,189 @@ def adapter(tmp_path_factory):
 
 
 @pytest.fixture
-def talk_to(adapter, monkeypatch):
-    """talk_to(folder, chip, func, crystal) runs func(serial, world, mcu)."""
-    def run(folder, chip, func, crystal=8000000):
-        unicorn_board.choose_chip(monkeypatch, folder, chip, crystal)
-        world = VirtualWorld(seed=1)
-        mcu = world.add_mcu("mcu", str(adapter))
-        reactor = Reactor(world)
-        serial = SerialReader(reactor, "mcu")
-        results = []
+def make_board(adapter, monkeypatch):
+    """make_board(chip, out, crystal): a chip that runs and was identified."""
+    def make(chip, out=None, crystal=8000000):
+        out = out or firmware_matrix.build(chip)
+        unicorn_board.choose_chip(monkeypatch, out, chip, crystal)
+        board = UnicornBoard(adapter)
+        board.identify()
+        return board
+    return make
 
-        def talk(eventtime):
-            try:
-                serial.connect_virtual(world, mcu)
-                results.append(func(serial, reactor))
-            finally:
-                reactor.end()
 
-        reactor.register_callback(talk)
-        reactor.run()
-        serial.disconnect()
-        return results[0]
-    return run
+def configure(board, step_pulse_ticks=0, invert=-1):
+    pin = board.find_pin
+    board.configure(
+        ("config_stepper", dict(oid=0, step_pin=pin(STEP), dir_pin=pin(DIR),
+                                invert_step=invert,
+                                step_pulse_ticks=step_pulse_ticks)),
+        ("config_endstop", dict(oid=1, pin=pin(SWITCH), pull_up=1)),
+        ("config_trsync", dict(oid=2)),
+        ("config_digital_out", dict(oid=3, pin=pin(OUT), value=0,
+                                    default_value=1, max_duration=0)),
+        ("config_analog_in", dict(oid=4, pin=pin(SENSOR))))
+
+
+def start_steps(board, interval, count, add=0):
+    """Queue one run; returns the clock from which it counts."""
+    origin = board.clock + board.freq // 20
+    board.send("reset_step_clock", oid=0, clock=origin % 2**32)
+    board.send("queue_step", oid=0, interval=interval, count=count, add=add)
+    return origin
+
+
+def expect_clocks(origin, interval, count, add=0):
+    clocks = []
+    for _ in range(count):
+        origin += interval
+        clocks.append(origin)
+        interval += add
+    return clocks
+
+
+def assert_prompt(edges, clocks):
+    """Each edge comes at its clock, or as late as its event takes."""
+    assert len(edges) == len(clocks)
+    late = [edge - clock for edge, clock in zip(edges, clocks)]
+    assert -PROMPT <= min(late) and max(late) <= PROMPT, (min(late), max(late))
 
 
 @pytest.mark.parametrize("chip", CHIPS)
-def test_chip_identifies_itself(chip, talk_to, tmp_path):
-    folder = unicorn_board.build_firmware(tmp_path, chip)
+def test_chip_from_reset_to_steps(chip, make_board):
+    board = make_board(chip)
+    constants = board.dictionary["config"]
+    assert constants["MCU"].startswith(chip) and constants["ADC_MAX"] == 4095
+    clock = board.query("get_clock", "clock")["clock"]
+    assert 0 < board.clock - clock < 0.01 * board.freq
+    configure(board)
+    count = board.query("get_config", "config")["move_count"]
+    assert count > 100
+    origin = start_steps(board, board.freq // 5000, 50, add=-3)
+    board.run_for(0.1)
+    edges = [c for c, _ in board.list_edges(board.find_pin(STEP), origin)]
+    assert_prompt(edges, expect_clocks(origin, board.freq // 5000, 50, -3))
+    assert board.query("stepper_get_position", "stepper_position",
+                       oid=0)["pos"] == -50
+    assert board.find_shutdown() is None
 
-    def talk(serial, reactor):
-        return (serial.get_msgparser().get_constants(),
-                serial.send_with_response("get_uptime", "uptime"),
-                serial.send_with_response("get_config", "config"))
 
-    constants, uptime, config = talk_to(folder, chip, talk)
-    assert constants["MCU"].startswith(chip)
-    assert constants["ADC_MAX"] == 4095
-    freq = constants["CLOCK_FREQ"]
-    assert uptime["clock"] == pytest.approx(
-        freq * uptime["#receive_time"], abs=freq / 200)
-    assert config["is_config"] == 0 and config["is_shutdown"] == 0
+@pytest.mark.parametrize("chip", ["stm32f070", "stm32f103", "stm32f446"])
+def test_pulses_keep_their_length(chip, make_board):
+    board = make_board(chip)
+    pulse = board.freq // 500000
+    configure(board, pulse, invert=0)
+    origin = start_steps(board, board.freq // 20000, 40)
+    board.run_for(0.1)
+    edges = board.list_edges(board.find_pin(STEP), origin)
+    rises = [c for c, level in edges if level]
+    falls = [c for c, level in edges if not level]
+    assert_prompt(rises, expect_clocks(origin, board.freq // 20000, 40))
+    assert all(f - r >= pulse for r, f in zip(rises, falls))
+
+
+@pytest.mark.parametrize("chip", ["stm32f072", "stm32f103", "stm32f407",
+                                  "stm32g431", "stm32h743"])
+def test_switch_stops_a_stepper(chip, make_board):
+    board = make_board(chip)
+    configure(board)
+    origin = start_steps(board, board.freq // 1000, 200)
+    hit = origin + board.freq // 10
+    board.inputs[board.find_pin(SWITCH)] = lambda clock: clock >= hit
+    board.send("stepper_stop_on_trigger", oid=0, trsync_oid=2)
+    board.send("trsync_start", oid=2, report_clock=0, report_ticks=0,
+               expire_reason=4)
+    board.send("endstop_home", oid=1, clock=(origin + 10) % 2**32,
+               sample_ticks=board.freq // 100000, sample_count=4,
+               rest_ticks=board.freq // 20000, pin_value=1, trsync_oid=2,
+               trigger_reason=1)
+    board.run_for(0.3)
+    states = board.list_messages("trsync_state")
+    assert states and states[-1]["trigger_reason"] == 1
+    steps = board.list_edges(board.find_pin(STEP), origin)
+    assert hit - steps[-1][0] < board.freq // 1000
+    assert steps[-1][0] < hit + board.freq // 10000
+
+
+@pytest.mark.parametrize("chip", CHIPS)
+def test_analog_input(chip, make_board):
+    board = make_board(chip)
+    configure(board)
+    board.analog[board.find_pin(SENSOR)] = 0x5678
+    board.send("query_analog_in", oid=4, clock=(board.clock + board.freq // 10)
+               % 2**32, sample_ticks=board.freq // 1000, sample_count=4,
+               rest_ticks=board.freq // 10, min_value=0, max_value=65535,
+               range_check_count=4)
+    board.run_for(0.4)
+    values = board.list_messages("analog_in_state")
+    assert len(values) >= 2 and values[-1]["value"] == 4 * (0x5678 >> 4)
+
+
+@pytest.mark.parametrize("chip", ["stm32f070", "stm32f103", "stm32f407",
+                                  "stm32g0b1", "stm32h723"])
+def test_shutdown_puts_pins_to_their_defaults(chip, make_board):
+    board = make_board(chip)
+    configure(board)
+    start_steps(board, 1000, 60000)
+    board.run_for(0.06)
+    board.send("emergency_stop")
+    stopped = board.list_messages("shutdown")[0]["#clock"]
+    assert board.find_shutdown() == "Command request"
+    assert board.list_edges(board.find_pin(OUT))[-1][1] == 1
+    assert not board.list_edges(board.find_pin(STEP), stopped)
+    # it left the interrupt, if it was in one: everything goes on
+    assert board.query("get_uptime", "uptime")["clock"] > 0
+    board.send("clear_shutdown")
+    assert board.query("get_config", "config")["is_shutdown"] == 0
+
+
+@pytest.mark.parametrize("chip", ["stm32f070", "stm32f103", "stm32f407"])
+def test_shutdown_within_the_timer_interrupt(chip, make_board):
+    board = make_board(chip)
+    configure(board)
+    # more steps than the chip can make
+    start_steps(board, 10, 60000)
+    board.run_for(0.1)
+    assert board.find_shutdown() == "Rescheduled timer in the past"
+    clock = board.query("get_clock", "clock")["clock"]
+    board.run_for(0.5)
+    assert board.query("get_clock", "clock")["clock"] > clock
+    assert not board.resets
+
+
+def test_reset_command(make_board):
+    board = make_board("stm32f407")
+    board.send("reset")
+    assert board.resets
+
+
+def test_watchdog_resets_a_hung_program(make_board):
+    """A timer's event that never ends: here, its code in RAM is a loop."""
+    board = make_board("stm32f103")
+    vectors = 0x20000000
+    systick = board.read_word(vectors + 4 * 15)
+    # The vector of SysTick leads to `b .` in the stack's unused part
+    board.send("debug_write", order=1, addr=0x20004E10, val=0xE7FE)
+    assert systick & 1
+    board.send("debug_write", order=2, addr=vectors + 4 * 15, val=0x20004E11)
+    begin = board.clock
+    while not board.resets and board.clock < begin + 2 * board.freq:
+        board.run_for(0.05)
+    assert 0.2 < (board.resets[0] - begin) / board.freq < 1.1
+
+
+@pytest.mark.parametrize("chip, crystals", [
+    ("stm32f103", [0, 12, 16]), ("stm32f072", [0, 12, 16, 20, 24]),
+    ("stm32f407", [0, 12, 16, 20, 24, 25]), ("stm32g0b1", [0, 12, 20, 25]),
+    ("stm32g431", [0, 12, 16, 20, 24, 25]), ("stm32h743", [0, 12, 16, 20, 24, 25]),
+    ("stm32l412", [0, 16, 25])])
+def test_every_crystal(chip, crystals, make_board, tmp_path):
+    """The models refuse a PLL, bus or baud rate that is out of bounds."""
+    for mhz in crystals:
+        name = "%dM" % (mhz,) if mhz else "INTERNAL"
+        out = firmware_matrix.build(
+            chip, ["LOW_LEVEL_OPTIONS=y", "STM32_CLOCK_REF_%s=y" % (name,)],
+            tmp_path / chip)
+        assert firmware_matrix.read_options(out)["STM32_CLOCK_REF_" + name] == "y"
+        board = make_board(chip, out, mhz * 1000000)
+        assert board.query("get_config", "config")["is_config"] == 0

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A real file printed by emulated STM32 chips."""
 
+import firmware_matrix
 import machine_configs
 import pytest
 import unicorn_board
@@ -42,7 +43,7 @@ def print_and_judge(folder, adapter, n_lines):
 
 @pytest.mark.parametrize("chip", ["stm32f103", "stm32f407"])
 def test_2000_moves_of_a_file(chip, tmp_path, adapter, monkeypatch):
-    firmware = unicorn_board.build_firmware(tmp_path / "out", chip)
+    firmware = firmware_matrix.build(chip)
     unicorn_board.choose_chip(monkeypatch, firmware, chip)
     counts = print_and_judge(tmp_path, adapter, 2300)
     assert counts["stepper_x"] > 100000

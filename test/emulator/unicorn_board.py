@@ -1,22 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An STM32 with our firmware, emulated, as an mcu of the virtual world."""
+"""An STM32 with our firmware, emulated: in the virtual world, or by hand."""
 
 import importlib.util
-import json
 import pathlib
-import shutil
 import subprocess
 import sys
+
+import firmware_matrix
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "test" / "emulator"
 SOURCES = ["unicorn_vmcu.c", "unicorn_core.c", "unicorn_rcc.c",
            "unicorn_periph.c", "unicorn_models.c"]
+sys.path.append(str(ROOT / "test" / "firmware"))
+from simboard import SimBoard  # noqa: E402
+
+BYTE_TIME = 40e-6       # at 250000 baud
+ANSWER_BYTES = 200      # what a command and its answers may need
 
 
 def why_not():
     """What is missing for these tests, or an empty text."""
-    if not shutil.which("arm-none-eabi-gcc"):
+    if firmware_matrix.find_prefix("stm32f103") is None:
         return "needs gcc-arm-none-eabi"
     if not importlib.util.find_spec("unicorn"):
         return "needs the Python package unicorn"
@@ -36,29 +41,36 @@ def build_adapter(folder):
     return path
 
 
-def build_firmware(folder, chip, options=""):
-    """Folder with the ELF of a chip, from its configuration of the tests."""
-    folder.mkdir(parents=True, exist_ok=True)
-    config = folder / "config"
-    config.write_text(
-        (ROOT / "test/configs" / (chip + ".config")).read_text() + options)
-    result = subprocess.run(
-        ["make", "firmware", "OUT=%s/" % (folder,), "KCONFIG_CONFIG=%s" % (config,),
-         "PYTHON=" + sys.executable], cwd=ROOT, capture_output=True, text=True)
-    assert result.returncode == 0, result.stdout + result.stderr
-    return folder
-
-
-def read_constants(folder):
-    """The constants of a built firmware's dictionary."""
-    return json.loads((folder / "klipper.dict").read_text())["config"]
-
-
-def choose_chip(monkeypatch, folder, chip, crystal=8000000):
-    """What the adapter starts when power comes on."""
-    constants = read_constants(folder)
-    monkeypatch.setenv("UNICORN_ELF", str(folder / "klipper.elf"))
+def choose_chip(monkeypatch, out, chip, crystal=8000000):
+    """What the adapter starts when power comes on; out: a built firmware."""
+    constants = firmware_matrix.read_constants(out)
+    monkeypatch.setenv("UNICORN_ELF", str(out / "klipper.elf"))
     monkeypatch.setenv("UNICORN_CHIP", chip)
     monkeypatch.setenv("UNICORN_HZ", str(constants["CLOCK_FREQ"]))
     monkeypatch.setenv("UNICORN_BAUD", str(constants["SERIAL_BAUD"]))
     monkeypatch.setenv("UNICORN_HSE", str(crystal))
+
+
+class UnicornBoard(SimBoard):
+    """Bytes take their time, one by one, and so does the program."""
+
+    def _tx(self, ctx, clock, buf, size):
+        self.pending = getattr(self, "pending", b"") + bytes(buf[:size])
+        while self.pending and len(self.pending) >= self.pending[0]:
+            block = self.pending[:self.pending[0]]
+            self.pending = self.pending[len(block):]
+            super()._tx(ctx, clock, block, len(block))
+
+    def send_raw(self, data):
+        super().send_raw(data)
+        self.run_for((len(data) + ANSWER_BYTES) * BYTE_TIME)
+
+    def find_pin(self, name):
+        """Number of a pin by its name."""
+        number = self.ops.find_pin(name.encode())
+        assert number >= 0, name
+        return number
+
+    def read_word(self, addr):
+        """A register, by the firmware's debug command."""
+        return self.query("debug_read", "debug_result", order=2, addr=addr)["val"]

@@ -121,6 +121,116 @@ g0_channels(uint8_t unit, uint8_t channel)
     return channel == 11 ? 26 : -1;
 }
 
+#define G4L4_DEVICES(ADC) \
+    GPIO_AT(0x48000000, 0, 0x4c, 0), GPIO_AT(0x48000000, 1, 0x4c, 1), \
+    GPIO_AT(0x48000000, 2, 0x4c, 2), GPIO_AT(0x48000000, 3, 0x4c, 3), \
+    GPIO_AT(0x48000000, 4, 0x4c, 4), GPIO_AT(0x48000000, 5, 0x4c, 5), \
+    GPIO_AT(0x48000000, 6, 0x4c, 6), GPIO_AT(0x48000000, 7, 0x4c, 7), \
+    { 0x40013800, DEV_USART, 1, 37, 2, 0x60, 14 }, \
+    { 0x40004400, DEV_USART, 2, 38, 1, 0x58, 17 }, \
+    { 0x40004800, DEV_USART, 3, 39, 1, 0x58, 18 }, \
+    { ADC, DEV_ADC, 0, 18, 0, 0x4c, 13 }, \
+    { (ADC) + 0x100, DEV_ADC, 1, 18, 0, 0x4c, 13 }, \
+    { (ADC) + 0x300, DEV_ADC_COMMON, 0, 18, 0, 0x4c, 13 }, \
+    { 0x40012c00, DEV_TIM, 1, 0, 2, 0x60, 11 }, \
+    { 0x40000000, DEV_TIM, 2, 0, 1, 0x58, 0 }, \
+    { 0x40000400, DEV_TIM, 3, 0, 1, 0x58, 1 }, \
+    { 0x40000800, DEV_TIM, 4, 0, 1, 0x58, 2 }, \
+    { 0x40014000, DEV_TIM, 15, 0, 2, 0x60, 16 }, \
+    { 0x40014400, DEV_TIM, 16, 0, 2, 0x60, 17 }, \
+    { 0x40021000, DEV_RCC, 0, 0, 0, 0, 0 }, \
+    { 0x40022000, DEV_FLASH, 0, 0, 0, 0, 0 }, \
+    { 0x40007000, DEV_PWR, 0, 0, 1, 0x58, 28 }, \
+    { 0x40003000, DEV_IWDG, 0, 0, 0, 0, 0 }, \
+    { 0, 0, 0, 0, 0, 0, 0 }
+
+static const struct device_info g4_devices[] = { G4L4_DEVICES(0x50000000) };
+static const struct device_info l4_devices[] = { G4L4_DEVICES(0x50040000) };
+
+static const struct device_info h7_devices[] = {
+    GPIO_AT(0x58020000, 0, 0xe0, 0), GPIO_AT(0x58020000, 1, 0xe0, 1),
+    GPIO_AT(0x58020000, 2, 0xe0, 2), GPIO_AT(0x58020000, 3, 0xe0, 3),
+    GPIO_AT(0x58020000, 4, 0xe0, 4), GPIO_AT(0x58020000, 5, 0xe0, 5),
+    GPIO_AT(0x58020000, 6, 0xe0, 6), GPIO_AT(0x58020000, 7, 0xe0, 7),
+    GPIO_AT(0x58020000, 8, 0xe0, 8), GPIO_AT(0x58020000, 9, 0xe0, 9),
+    GPIO_AT(0x58020000, 10, 0xe0, 10),
+    { 0x40011000, DEV_USART, 1, 37, 2, 0xf0, 4 },
+    { 0x40004400, DEV_USART, 2, 38, 1, 0xe8, 17 },
+    { 0x40004800, DEV_USART, 3, 39, 1, 0xe8, 18 },
+    { 0x40004c00, DEV_USART, 4, 52, 1, 0xe8, 19 },
+    { 0x40005000, DEV_USART, 5, 53, 1, 0xe8, 20 },
+    { 0x40011400, DEV_USART, 6, 71, 2, 0xf0, 5 },
+    { 0x40022000, DEV_ADC, 0, 18, 0, 0xd8, 5 },
+    { 0x40022300, DEV_ADC_COMMON, 0, 18, 0, 0xd8, 5 },
+    { 0x58026000, DEV_ADC, 1, 127, 0, 0xe0, 24 },
+    { 0x58026300, DEV_ADC_COMMON, 1, 127, 0, 0xe0, 24 },
+    { 0x40010000, DEV_TIM, 1, 0, 2, 0xf0, 0 },
+    { 0x40000000, DEV_TIM, 2, 0, 1, 0xe8, 0 },
+    { 0x40000400, DEV_TIM, 3, 0, 1, 0xe8, 1 },
+    { 0x40000800, DEV_TIM, 4, 0, 1, 0xe8, 2 },
+    { 0x40000c00, DEV_TIM, 5, 0, 1, 0xe8, 3 },
+    { 0x40001800, DEV_TIM, 12, 0, 1, 0xe8, 6 },
+    { 0x40001c00, DEV_TIM, 13, 0, 1, 0xe8, 7 },
+    { 0x40002000, DEV_TIM, 14, 0, 1, 0xe8, 8 },
+    { 0x40014000, DEV_TIM, 15, 0, 2, 0xf0, 16 },
+    { 0x40014400, DEV_TIM, 16, 0, 2, 0xf0, 17 },
+    { 0x40014800, DEV_TIM, 17, 0, 2, 0xf0, 18 },
+    { 0x58024400, DEV_RCC, 0, 0, 0, 0, 0 },
+    { 0x52002000, DEV_FLASH, 0, 0, 0, 0, 0 },
+    { 0x58024800, DEV_PWR, 0, 0, 0, 0, 0 },
+    { 0x58004800, DEV_IWDG, 0, 0, 0, 0, 0 },
+    { 0, 0, 0, 0, 0, 0, 0 },
+};
+
+#define PIN(LETTER, BIT) (((LETTER) - 'A') * 16 + (BIT))
+
+static int
+g4_channels(uint8_t unit, uint8_t channel)
+{
+    static const int16_t pins[2][18] = {
+        { -1, PIN('A', 0), PIN('A', 1), PIN('A', 2), PIN('A', 3), PIN('B', 14),
+          PIN('C', 0), PIN('C', 1), PIN('C', 2), PIN('C', 3), PIN('F', 0),
+          PIN('B', 12), PIN('B', 1), -1, -1, PIN('B', 0), -1, -1 },
+        { -1, PIN('A', 0), PIN('A', 1), PIN('A', 6), PIN('A', 7), PIN('C', 4),
+          PIN('C', 0), PIN('C', 1), PIN('C', 2), PIN('C', 3), PIN('F', 1),
+          PIN('C', 5), PIN('B', 2), PIN('A', 5), PIN('B', 11), PIN('B', 15),
+          -1, PIN('A', 4) },
+    };
+
+    return channel < 18 ? pins[unit][channel] : -1;
+}
+
+static int
+l4_channels(uint8_t unit, uint8_t channel)
+{
+    if (unit || channel < 1 || channel > 16)
+        return -1;
+    if (channel <= 4)
+        return PIN('C', channel - 1);
+    if (channel <= 12)
+        return PIN('A', channel - 5);
+    return channel <= 14 ? PIN('C', channel - 9) : PIN('B', channel - 15);
+}
+
+static int
+h7_channels(uint8_t unit, uint8_t channel)
+{
+    static const int16_t first[] = {
+        -1, -1, PIN('F', 11), PIN('A', 6), PIN('C', 4), PIN('B', 1),
+        PIN('F', 12), PIN('A', 7), PIN('C', 5), PIN('B', 0), PIN('C', 0),
+        PIN('C', 1), PIN('C', 2), PIN('C', 3), PIN('A', 2), PIN('A', 3),
+        PIN('A', 0), PIN('A', 1), PIN('A', 4), PIN('A', 5),
+    };
+    static const int16_t third[] = {
+        -1, -1, PIN('F', 9), PIN('F', 7), PIN('F', 5), PIN('F', 3),
+        PIN('F', 10), PIN('F', 8), PIN('F', 6), PIN('F', 4),
+    };
+
+    if (unit)
+        return channel < 10 ? third[channel] : -1;
+    return channel < 20 ? first[channel] : -1;
+}
+
 /* Channels of the F1, F2, F4 and F7; unit 1 is ADC3, with port F. */
 static int
 sixteen_channels(uint8_t unit, uint8_t channel)
@@ -165,6 +275,24 @@ static const struct chip_model models[] = {
     F4_MODEL("stm32f407", 0x80000, 0x20000, 168000000),
     F4_MODEL("stm32f429", 0x200000, 0x30000, 180000000),
     F4_MODEL("stm32f446", 0x80000, 0x20000, 180000000),
+    { "stm32f207", UC_CPU_ARM_CORTEX_M3, LINE_F2F4F7, 0x100000, 0x20000000,
+      0x20000, 120000000, 16000000, true, false, 1, 0, f4_devices,
+      sixteen_channels },
+    { "stm32f765", UC_CPU_ARM_CORTEX_M7, LINE_F2F4F7, 0x200000, 0x20000000,
+      0x20000, 216000000, 16000000, true, true, 1, 0, f4_devices,
+      sixteen_channels },
+    { "stm32g431", UC_CPU_ARM_CORTEX_M4, LINE_G4, 0x20000, 0x20000000, 0x8000,
+      170000000, 16000000, true, true, 3, 0, g4_devices, g4_channels },
+    { "stm32g474", UC_CPU_ARM_CORTEX_M4, LINE_G4, 0x80000, 0x20000000,
+      0x20000, 170000000, 16000000, true, true, 3, 0, g4_devices, g4_channels },
+    { "stm32l412", UC_CPU_ARM_CORTEX_M4, LINE_L4, 0x20000, 0x20000000, 0xa000,
+      80000000, 16000000, true, true, 3, 0, l4_devices, l4_channels },
+    { "stm32h743", UC_CPU_ARM_CORTEX_M7, LINE_H7, 0x200000, 0x20000000,
+      0x20000, 400000000, 64000000, true, true, 3, 0, h7_devices, h7_channels },
+    { "stm32h750", UC_CPU_ARM_CORTEX_M7, LINE_H7, 0x20000, 0x20000000,
+      0x20000, 400000000, 64000000, true, true, 3, 0, h7_devices, h7_channels },
+    { "stm32h723", UC_CPU_ARM_CORTEX_M7, LINE_H7, 0x100000, 0x20000000,
+      0x20000, 520000000, 64000000, true, true, 3, 0, h7_devices, h7_channels },
 };
 
 const struct chip_model *

@@ -304,7 +304,10 @@ adc_event(struct device *d)
         return;
     d->due = NEVER;
     value = pin < 0 ? 0
-        : chip.host.adc_in(chip.host.ctx, chip_now(), (uint32_t)pin) >> 4;
+        : chip.host.adc_in(chip.host.ctx, chip_now(), (uint32_t)pin);
+    /* 12 bits, of an H7 16 */
+    if (chip.model->line != LINE_H7)
+        value >>= 4;
     if (chip.model->adc_version == 1) {
         d->regs[ADC_SR] |= 2;
         d->regs[ADC_DR] = value;
@@ -401,6 +404,56 @@ adc2_write(struct device *d, uint32_t word, uint32_t value)
     d->regs[ADC2_CR] = value & ~(1u << 31);
     if (value & ADC2_ADSTART)
         adc2_start(d);
+}
+
+/*
+ * ADC of the G4, L4 and H7: ISR, CR, EOC and DR are where the F0 has them
+ */
+
+enum { ADC3_SMPR = 5, ADC3_PCSEL = 7, ADC3_SQR1 = 12 };
+
+static void
+adc3_start(struct device *d)
+{
+    static const uint16_t g4[] = { 2, 6, 12, 24, 47, 92, 247, 640 };
+    static const uint16_t h7[] = { 1, 2, 8, 16, 32, 64, 387, 810 };
+    bool is_h7 = chip.model->line == LINE_H7;
+    uint32_t channel = (d->regs[ADC3_SQR1] >> 6) & 31;
+    uint32_t smpr = d->regs[ADC3_SMPR + channel / 10] >> (3 * (channel % 10));
+
+    if (!(d->regs[ADC2_CR] & ADC2_ADEN))
+        chip_fault("converter is off");
+    if (is_h7 && !(d->regs[ADC3_PCSEL] & (1u << channel)))
+        chip_fault("channel %u is not preselected", channel);
+    d->shift = channel;
+    d->due = chip.cycle + (is_h7 ? (h7[smpr & 7] + 9u) * (chip.core_hz / 16000000)
+                           : (g4[smpr & 7] + 13u) * 4);
+    chip_wake_at(d->due);
+}
+
+static void
+adc3_write(struct device *d, uint32_t word, uint32_t value)
+{
+    if (word == ADC2_ISR) {
+        d->regs[ADC2_ISR] &= ~value;
+        return;
+    }
+    if (word != ADC2_CR) {
+        d->regs[word] = value;
+        return;
+    }
+    if (value & (1u << 29))
+        chip_fault("converter in deep sleep");
+    if (value & (ADC2_ADEN | 1u << 31) && !(value & (1u << 28)))
+        chip_fault("converter without its regulator");
+    if (value & ADC2_ADEN)
+        d->regs[ADC2_ISR] |= ADC2_ADRDY;
+    if (value & ADC2_ADSTP)
+        d->due = NEVER;
+    value |= d->regs[ADC2_CR] & ADC2_ADEN;
+    d->regs[ADC2_CR] = value & ~(1u << 31 | ADC2_ADSTP);
+    if (value & ADC2_ADSTART)
+        adc3_start(d);
 }
 
 /*
@@ -522,6 +575,8 @@ bus_read(uc_engine *uc, uint64_t offset, unsigned size, void *param)
         return rcc_read(d, word * 4);
     case DEV_PWR:
         /* what was asked for is so at once: the flags are where the bits are */
+        if (chip.model->line == LINE_H7)
+            return d->regs[word] | (word == 1 || word == 6 ? 1u << 13 : 0);
         return word == 1 ? d->regs[0] & (3u << 16) : d->regs[word];
     default:
         return d->regs[word];
@@ -554,8 +609,10 @@ bus_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value,
     case DEV_ADC:
         if (chip.model->adc_version == 1)
             adc_write(d, word, (uint32_t)value);
-        else
+        else if (chip.model->adc_version == 2)
             adc2_write(d, word, (uint32_t)value);
+        else
+            adc3_write(d, word, (uint32_t)value);
         return;
     case DEV_TIM:
         timer_write(d, word, (uint32_t)value);

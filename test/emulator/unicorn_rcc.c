@@ -79,6 +79,22 @@ g_pll_hz(const uint32_t *regs)
     return check("VCO", input / m * n, 64000000, 344000000) / r;
 }
 
+static uint32_t
+h7_pll_hz(const uint32_t *regs)
+{
+    uint32_t select = regs[10], divider = regs[12], m = (select >> 4) & 63;
+    uint32_t source = select & 3, n = (divider & 511) + 1;
+    uint32_t p = ((divider >> 9) & 127) + 1;
+    uint32_t input = source == 2 ? chip.hse_hz : source == 0 ? 64000000 : 0;
+
+    if (!m || !(regs[11] & (1u << 16)) || (regs[11] & 0xc) != 8) {
+        chip_fault("PLL with M %u, configuration 0x%x", m, regs[11]);
+        return 1;
+    }
+    check("PLL input", input / m, 4000000, 8000000);
+    return check("VCO", input / m * n, 192000000, 836000000) / p;
+}
+
 /* Where the bits of a line are. */
 struct layout {
     uint8_t cfgr;               /* word */
@@ -97,6 +113,7 @@ static const struct layout layouts[] = {
     [LINE_G0] = { 2, 1u << 8, 2, 3, 1, 2, 12, 12, 24000000, 1, 1, g_pll_hz },
     [LINE_G4] = { 2, 1u << 8, 2, 2, 2, 3, 8, 11, 34000000, 1, 1, g_pll_hz },
     [LINE_L4] = { 2, 1u | 1u << 8, 2, 2, 2, 3, 8, 11, 16000000, 1, 1, g_pll_hz },
+    [LINE_H7] = { 4, 1u, 2, 3, 2, 3, 4, 8, 70000000, 4, 4, h7_pll_hz },
 };
 
 static const struct layout *
@@ -137,6 +154,9 @@ check_voltage(uint32_t hz)
     if (chip.model->line == LINE_G4 && hz > 150000000
         && chip.pwr->regs[0x20] & (1u << 8))
         chip_fault("%u Hz without boost", hz);
+    if (chip.model->line == LINE_H7 && hz > 300000000
+        && ((chip.pwr->regs[6] >> 14) & 3) != (hz > 400000000 ? 0 : 3))
+        chip_fault("%u Hz at too low a voltage", hz);
 }
 
 /* Of a bus, whose limit is a part of the core's; slow F4 keep those of 168 MHz. */
@@ -154,17 +174,22 @@ static void
 find_buses(uint32_t hz)
 {
     const struct layout *layout = find_layout();
-    uint32_t cfgr = chip.rcc->regs[layout->cfgr], ahb = (cfgr >> 4) & 15;
+    bool is_h7 = chip.model->line == LINE_H7;
+    uint32_t cfgr = chip.rcc->regs[is_h7 ? 7 : layout->cfgr];
+    uint32_t ahb = (is_h7 ? chip.rcc->regs[6] : cfgr >> 4) & 15;
 
+    chip.core_hz = chip.bus_hz[0] = check("core", hz, 1, chip.model->max_hz);
     if (ahb & 8)
         hz >>= (ahb & 7) + 1 + (ahb >= 12);
-    chip.core_hz = chip.bus_hz[0] = check("core", hz, 1, chip.model->max_hz);
+    if (!is_h7)
+        chip.core_hz = chip.bus_hz[0] = hz;
+    check("bus", hz, 1, is_h7 ? chip.model->max_hz / 2 : chip.model->max_hz);
     chip.bus_hz[1] = bus_hz("bus 1", hz, (cfgr >> layout->ppre1) & 7,
                             layout->max1_hz);
     chip.bus_hz[2] = bus_hz("bus 2", hz, (cfgr >> layout->ppre2) & 7,
                             layout->max2_hz);
     check_wait_states(hz);
-    check_voltage(hz);
+    check_voltage(chip.core_hz);
 }
 
 /* The program has chosen another source, or other dividers. */
@@ -195,8 +220,9 @@ ready_of(uint32_t cr)
     const struct layout *layout = find_layout();
     uint32_t on = cr & layout->on;
 
-    /* MSI of the L4 is followed by its own */
-    return (on & 1 ? 2u : 0) | (on & ~1u) << layout->hsi_ready
+    /* bit 0 is HSI, or MSI of an L4, whose HSI is bit 8 */
+    return (on & 1 ? chip.model->line == LINE_H7 ? 4u : 2u : 0)
+        | (on & ~1u) << layout->hsi_ready
         | (cr & PLL_ON ? PLL_READY : 0)
         | (cr & HSE_ON && chip.hse_hz ? HSE_READY : 0);
 }
@@ -231,7 +257,8 @@ rcc_write(struct device *d, uint32_t offset, uint32_t value)
 {
     const struct layout *layout = find_layout();
     uint32_t word = offset / 4, mask = layout->sws == 3 ? 7 : 3;
-    uint32_t pll_word = chip.model->line == LINE_F2F4F7 ? 1 : 3;
+    uint32_t pll_word = chip.model->line == LINE_F2F4F7 ? 1
+        : chip.model->line == LINE_H7 ? 12 : 3;
 
     update_ready(d);
     if (word == 0) {

@@ -284,10 +284,10 @@ rx(uint64_t clock, const uint8_t *buf, uint32_t len)
 
     (void)clock;
     if (len > RX_SIZE - (rx_head - rx_tail))
-        return -1;
+        return false;
     for (i = 0; i < len; i++)
         rx_buf[rx_head++ % RX_SIZE] = buf[i];
-    return 0;
+    return true;
 }
 
 static uint64_t
