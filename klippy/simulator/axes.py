@@ -45,6 +45,7 @@ def build_axes(config, start_position=None):
         curved.KINDS[kinematics].build(config, axes, start_position)
     else:
         axes.is_known = kinematics == "none"
+    _build_manual(config, axes)
     return axes
 
 
@@ -91,3 +92,21 @@ def _build_dual(config, axes):
     stepper = next(s for s in axes.steppers if s.name == "dual_carriage")
     add_switch(config, axes, "dual_carriage", section, stepper,
                axes.mixes["dual_carriage"])
+
+
+def _build_manual(config, axes):
+    """Motors of [manual_stepper]s that have a switch, each on a rail of its own.
+
+    The switch is at the lower end, unless homing_positive_dir says otherwise.
+    """
+    for stepper in axes.steppers:
+        if (not stepper.name.startswith("manual_stepper ")
+                or stepper.endstop_pin is None):
+            continue
+        section = config.get(stepper.name)
+        section.options.setdefault("position_endstop", "0")
+        section.options.setdefault("homing_positive_dir", "false")
+        axes.mixes[stepper.name] = to_mm(axes, {stepper.name: 1.0})
+        place_axis(config, axes, stepper.name, section, None)
+        add_switch(config, axes, stepper.name, section, stepper,
+                   axes.mixes[stepper.name])
