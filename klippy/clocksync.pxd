@@ -3,7 +3,7 @@
 cdef class ClockSync:
     cdef dict __dict__
     cdef object __weakref__
-    cdef public double mcu_freq
+    cdef public double mcu_freq, hold
     cdef public object last_clock
     cdef public tuple clock_est
     cdef public int pending_count

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The clocks of the mcus: estimates from samples, conversions, agreement.
 
-print_time is s on the main mcu's clock at its nominal frequency.  A secondary
-mcu steers its conversion from print_time so that it meets the main one.
+print_time is s on the main mcu's clock at its nominal frequency, less those for
+which it was held.  A secondary mcu steers its conversion from the main mcu's
+seconds so that it meets them.
 Handlers run in the response thread: an estimate is replaced as a whole.
 """
 
@@ -30,6 +31,8 @@ class ClockSync:
         self.fit = None
         # (time in s, clock in ticks, ticks a s): the line now in use
         self.clock_est = (0., 0., 1.)
+        # s for which print_time stood still
+        self.hold = 0.
         self.pending_count = 0
         self._query_cmd = b""
         self._queue = None
@@ -104,11 +107,19 @@ class ClockSync:
 
     def print_time_to_clock(self, print_time):
         """Clock (int ticks) of a print_time (s)."""
-        return int(print_time * self.mcu_freq)
+        return int((print_time + self.hold) * self.mcu_freq)
 
     def clock_to_print_time(self, clock):
         """print_time (s) of a clock."""
-        return clock / self.mcu_freq
+        return clock / self.mcu_freq - self.hold
+
+    def get_hold(self):
+        """s for which print_time stood still so far."""
+        return self.hold
+
+    def add_hold(self, duration):
+        """Have print_time stand still for so many s, for all mcus."""
+        self.hold += duration
 
     def get_clock(self, eventtime):
         """Estimated clock (int ticks) at an eventtime."""
@@ -136,7 +147,7 @@ class ClockSync:
 
     def calibrate_clock(self, print_time, eventtime):
         """(offset in s, ticks a s) with clock = (print_time - offset) * freq."""
-        return 0., self.mcu_freq
+        return -self.hold, self.mcu_freq
 
     # Reports
 
@@ -162,7 +173,7 @@ class SecondarySync(ClockSync):
     def __init__(self, reactor, main_sync):
         super().__init__(reactor)
         self._main_sync = main_sync
-        # (offset in s, ticks a s) of the conversion from print_time
+        # (offset in s, ticks a s) of the conversion from the main mcu's seconds
         self.clock_adj = (0., 1.)
         self.last_sync_time = 0.
 
@@ -187,12 +198,20 @@ class SecondarySync(ClockSync):
     def print_time_to_clock(self, print_time):
         """Clock (int ticks) of a print_time (s)."""
         offset, freq = self.clock_adj
-        return int((print_time - offset) * freq)
+        return int((print_time + self._main_sync.hold - offset) * freq)
 
     def clock_to_print_time(self, clock):
         """print_time (s) of a clock."""
         offset, freq = self.clock_adj
-        return clock / freq + offset
+        return clock / freq + offset - self._main_sync.hold
+
+    def get_hold(self):
+        """s for which print_time stood still so far."""
+        return self._main_sync.get_hold()
+
+    def add_hold(self, duration):
+        """Have print_time stand still for so many s, for all mcus."""
+        self._main_sync.add_hold(duration)
 
     def calibrate_clock(self, print_time, eventtime):
         """Steer the conversion from print_time on, without a jump there.
@@ -203,23 +222,29 @@ class SecondarySync(ClockSync):
         if self._is_file:
             return self.clock_adj
         main = self._main_sync
+        self._steer(print_time + main.hold, eventtime)
+        offset, freq = self.clock_adj
+        return offset - main.hold, freq
+
+    def _steer(self, start_time, eventtime):
+        """calibrate_clock() from a second of the main mcu on."""
+        main = self._main_sync
         meet_time = max(eventtime + SYNC_TIME, main.estimate_clock_systime(
-            (print_time + MIN_CATCH_UP) * main.mcu_freq))
+            (start_time + MIN_CATCH_UP) * main.mcu_freq))
         main_time, main_clock, main_freq = main.clock_est
-        meet_print_time = ((main_clock + (meet_time - main_time) * main_freq)
-                           / main.mcu_freq)
+        meet_main_time = ((main_clock + (meet_time - main_time) * main_freq)
+                          / main.mcu_freq)
         time, clock, freq = self.clock_est
         meet_clock = clock + (meet_time - time) * freq
         offset, old_freq = self.clock_adj
-        start_clock = (print_time - offset) * old_freq
-        new_freq = (meet_clock - start_clock) / (meet_print_time - print_time)
+        start_clock = (start_time - offset) * old_freq
+        new_freq = (meet_clock - start_clock) / (meet_main_time - start_time)
         if not 0.5 < new_freq / self.mcu_freq < 2.:
             logging.warning("clock of a secondary mcu jumped: realigned")
             self._align(eventtime)
-            return self.clock_adj
-        self.clock_adj = (print_time - start_clock / new_freq, new_freq)
-        self.last_sync_time = meet_print_time
-        return self.clock_adj
+            return
+        self.clock_adj = (start_time - start_clock / new_freq, new_freq)
+        self.last_sync_time = meet_main_time
 
     def stats(self, eventtime):
         """Figures of the clock: {name: number}."""

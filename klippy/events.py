@@ -61,6 +61,8 @@ EVENTS = {
         "the position of a stepper was read back from its mcu",
         ("stepper: MCU_stepper",)),
     "stepper_enable:motor_off": Event("the motors are off", ("print_time: s",)),
+    "motion_queuing:hold": Event(
+        "the host was late: print_time stands still", ("duration: s",)),
     "toolhead:manual_move": Event("the head moved outside the G-code position"),
     "toolhead:set_position": Event("the head's position was set without a move"),
     "toolhead:sync_print_time": Event(

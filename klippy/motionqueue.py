@@ -6,8 +6,10 @@ the end of the plan is made just in time by a timer, so that moves which come
 later can go on where the plan ends.  See docs/internals/motion.md.
 """
 
+import logging
 import math
 
+from klippy import motionhold
 from klippy_ext.steppersync import StepperSync
 from klippy_ext.trapq import TrapQ
 
@@ -68,14 +70,22 @@ class McuMotion:
         if self.sync is not None:
             self.sync.set_kinematics(stepper.stepcompress, stepper.kinematics)
 
-    def flush(self, eventtime, last_time, flush_time, step_gen_time, clear_time):
-        """Make and send what is due; times are print_times."""
+    def flush(self, eventtime, last_time, flush_time, step_gen_time, clear_time,
+              ramp):
+        """Make and send what is due; times are print_times.
+
+        ramp: pieces of a motionhold.Ramp that come before the rest.
+        """
         if self.sync is None:
             return
         mcu = self.mcu
         offset, freq = mcu.calibrate_clock(last_time, eventtime)
         # Half of it: the window of a step's time ends earlier by all of it
-        self.sync.set_time(offset + 0.5 * mcu.get_step_latency(), freq)
+        offset += 0.5 * mcu.get_step_latency()
+        for shift, pace, end in ramp:
+            self.sync.set_time(shift + (offset + mcu.get_hold()) * pace, freq / pace)
+            self.sync.generate(end)
+        self.sync.set_time(offset, freq)
         self.sync.generate(step_gen_time)
         self.sync.flush(max(0, mcu.print_time_to_clock(flush_time)),
                         max(0, mcu.print_time_to_clock(clear_time)))
@@ -97,6 +107,11 @@ class MotionQueue:
         self.activity_time = self.step_activity_time = 0.
         self.is_armed = False
         self.is_halted = False
+        # Motion goes on behind what is made into steps
+        self.is_moving = False
+        self.ramp = None
+        self.n_holds = 0
+        self.is_dripping = False
         self.timer = self.reactor.register_timer(self._handle_timer)
         register = self.printer.register_event_handler
         register("klippy:shutdown", self._handle_shutdown)
@@ -218,6 +233,7 @@ class MotionQueue:
     def _flush(self, flush_time, step_gen_time):
         flush_time = max(flush_time, self.last_flush_time)
         step_gen_time = max(step_gen_time, self.last_step_gen_time)
+        self.hold_if_late(self.is_moving)
         for callback, can_add_trapq in list(self.flush_callbacks):
             if not can_add_trapq:
                 callback(flush_time, step_gen_time)
@@ -226,13 +242,47 @@ class MotionQueue:
         for member in self.members.values():
             for stepper in member.steppers:
                 stepper.check_active(step_gen_time)
+        ramp = self._list_ramp(step_gen_time)
         for member in self.members.values():
             member.flush(eventtime, self.last_step_gen_time, flush_time,
-                         step_gen_time, clear_time)
+                         step_gen_time, clear_time, ramp)
         for trapq in self.trapqs:
             trapq.finalize(step_gen_time - self.kin_flush_delay, clear_time)
         self.last_flush_time = flush_time
         self.last_step_gen_time = step_gen_time
+        self.is_moving = self.step_activity_time > step_gen_time
+
+    # A late host
+
+    def hold_if_late(self, is_moving):
+        """Hold print_time if motion that is under way cannot go on in time.
+
+        is_moving: whether there is any behind what is made into steps.
+        """
+        if not is_moving or self.is_halted or self.mcu.is_fileoutput():
+            return
+        now = self.mcu.estimated_print_time(self.reactor.monotonic())
+        lead = self.last_step_gen_time - now
+        if lead >= motionhold.LATE_LEAD or self.is_dripping:
+            return
+        hold = self.mcu.get_hold()
+        ramp = self.ramp = motionhold.Ramp(
+            self.last_step_gen_time, now + hold + motionhold.RESUME_LEAD)
+        self.mcu.add_hold(ramp.calc_hold() - hold)
+        self.n_holds += 1
+        logging.warning("The host was late by %.3f s: motion stood still until it"
+                        " was back", motionhold.LATE_LEAD - lead)
+        self.printer.send_event("motion_queuing:hold", ramp.calc_hold() - hold)
+
+    def _list_ramp(self, step_gen_time):
+        """Pieces of the way back to the plan's pace that are due."""
+        ramp = self.ramp
+        if ramp is None:
+            return ()
+        pieces = ramp.list_pieces(step_gen_time)
+        if ramp.is_over():
+            self.ramp = None
+        return pieces
 
     def _calc_clear_time(self, eventtime, flush_time):
         if self.mcu.is_fileoutput():
@@ -255,7 +305,13 @@ class MotionQueue:
             self._flush(end_time + self.kin_flush_delay,
                         end_time + self.kin_flush_delay)
             return
-        end_time += self.kin_flush_delay
+        self.is_dripping = True
+        try:
+            self._drip(start_time, end_time + self.kin_flush_delay, completion)
+        finally:
+            self.is_dripping = False
+
+    def _drip(self, start_time, end_time, completion):
         step_time = max(start_time - self.kin_flush_delay, self.last_step_gen_time)
         while step_time < end_time and not completion.test():
             now = self.reactor.monotonic()

@@ -237,6 +237,8 @@ class ToolHead:
 
     def _sync_print_time(self):
         """Move print_time ahead if the mcu is about to reach it, or has."""
+        if not self.is_drained:
+            self.motion_queuing.hold_if_late(True)
         eventtime = self.reactor.monotonic()
         est_print_time = self.mcu.estimated_print_time(eventtime)
         if self.is_drained:

@@ -387,6 +387,14 @@ class MCU:
         """print_time at an eventtime."""
         return self._clocksync.estimated_print_time(eventtime)
 
+    def get_hold(self):
+        """s for which print_time stood still so far."""
+        return self._clocksync.get_hold()
+
+    def add_hold(self, duration):
+        """Have print_time stand still for so many s, for all mcus."""
+        self._clocksync.add_hold(duration)
+
     def clock32_to_clock64(self, clock32):
         """The 64 bit clock for the 32 bits of a message."""
         return self._clocksync.clock32_to_clock64(clock32)

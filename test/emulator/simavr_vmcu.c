@@ -316,10 +316,10 @@ rx(uint64_t clock, const uint8_t *buf, uint32_t len)
 
     (void)clock;
     if (len > RX_SIZE - (chip.rx_head - chip.rx_tail))
-        return -1;
+        return 0;
     for (i = 0; i < len; i++)
         chip.rx[chip.rx_head++ % RX_SIZE] = buf[i];
-    return 0;
+    return 1;
 }
 
 /* A compare value that the counter reaches before its overflow is noticed, as

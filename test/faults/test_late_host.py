@@ -50,6 +50,28 @@ def test_short_stalls_leave_no_trace(tmp_path, stall):
                      ).check().values()) > 1000
 
 
+@pytest.mark.parametrize("kind, stall", [
+    ("cartesian", 2.), ("corexy", 3.), ("delta", 2.5), ("two_mcus", 2.),
+    ("cartesian", 4.)])
+def test_long_stalls_hold_the_print(tmp_path, kind, stall):
+    """Motion stands still and goes on at the place where it stood."""
+    config = (machine_configs.make_two_mcus() if kind == "two_mcus"
+              else make_config(kind))
+    machine = "cartesian" if kind == "two_mcus" else kind
+    before, job = cut_sample("cube20.gcode", machine, N_LINES)
+    path = tmp_path / "job.gcode"
+    path.write_text(job)
+    run = StallingRun(config, tmp_path, stall).run([before, path], 1)
+    plain = PrinterRun(config, tmp_path).run([before, path], 1)
+    assert run.n_stalls > 10
+    assert run.printer.lookup_object("motion_queuing").n_holds > 5
+    assert run.count_late_events() == 0
+    assert run.snapshots[-1].position == plain.snapshots[-1].position
+    assert run.snapshots[-1].counts == plain.snapshots[-1].counts
+    for name, table in run.steps.items():
+        assert len(table) >= len(plain.steps[name])
+
+
 def test_late_output_comes_at_once(tmp_path):
     """A fan that should have changed while the host stood still."""
     config = make_config(KIND)

@@ -31,6 +31,10 @@ class ControlPID:
         self.slope = 0.0
         self.integral = 0.0
 
+    def note_hold(self, duration):
+        """print_time stood still for so many s."""
+        self.last_time -= duration
+
     def temperature_update(self, read_time, temp, target_temp):
         """Answer a reading (degC) with a power for the heater."""
         elapsed = read_time - self.last_time

@@ -11,6 +11,9 @@ class ControlBangBang:
         self.delta = config.getfloat("max_delta", 2.0, above=0.0)
         self.is_on = False
 
+    def note_hold(self, duration):
+        """print_time stood still: nothing depends on it here."""
+
     def temperature_update(self, read_time, temp, target_temp):
         """Answer a reading (degC) with a power for the heater."""
         if not target_temp or temp >= target_temp + self.delta:

@@ -93,6 +93,8 @@ class Heater:
             desc=self.cmd_SET_HEATER_TEMPERATURE_help)
         self.printer.register_event_handler(
             "klippy:shutdown", self._handle_shutdown)
+        self.printer.register_event_handler(
+            "motion_queuing:hold", self._handle_hold)
         self.printer.load_object(config, "verify_heater " + self.short_name)
         self.printer.load_object(config, "pid_calibrate")
 
@@ -128,6 +130,14 @@ class Heater:
 
     def _handle_shutdown(self):
         self.is_shutdown = True
+
+    def _handle_hold(self, duration):
+        """print_time stood still, but heat did not."""
+        with self.lock:
+            self.last_temp_time -= duration
+            self.next_pwm_time -= duration
+            self.main_thread_until -= duration
+            self.control.note_hold(duration)
 
     # What others ask and set
 

@@ -86,6 +86,10 @@ class RelayControl:
         self.samples = []
         self.pwm_changes = []
 
+    def note_hold(self, duration):
+        """print_time stood still: the periods measured so far are wrong."""
+        self.peaks = []
+
     def temperature_update(self, read_time, temp, target_temp):
         """Switch at target +-SWING/2 degC and note the peaks."""
         self.samples.append((read_time, temp))

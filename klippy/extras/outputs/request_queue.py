@@ -29,11 +29,16 @@ class GCodeRequestQueue:
         self.toolhead = None
         self.printer.register_event_handler(
             "klippy:connect", self._handle_connect)
+        self.printer.register_event_handler(
+            "motion_queuing:hold", self._handle_hold)
 
     def _handle_connect(self):
         self.toolhead = self.printer.lookup_object("toolhead")
         self.motion = self.printer.lookup_object("motion_queuing")
         self.motion.register_flush_callback(self._flush)
+
+    def _handle_hold(self, duration):
+        self.next_min_time -= duration
 
     def get_mcu(self):
         return self.mcu

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What happens when the host was away for too long: motion stands, then goes on.
+
+Steps that ought to be under way are not made yet.  print_time is held for as
+long as that takes; from then on the plan is followed slowly at first, up to its
+own pace.  Places are exact: only the time at which they are reached changes.
+"""
+
+# Motion that is less ahead of the mcu (s) is late
+LATE_LEAD = 0.03
+# When it goes on: so far ahead of the mcu (s)
+RESUME_LEAD = 0.25
+# How long it takes to be back at its own pace (s), in so many pieces
+RAMP_TIME = 0.30
+RAMP_PIECES = 24
+
+
+class Ramp:
+    """The conversion of times while motion gathers speed again.
+
+    start, end: the part of the plan (print_time).  Over RAMP_TIME its pace grows
+    evenly from 0 to 1, so it covers half as much of the plan.
+    """
+
+    def __init__(self, start, resume_time):
+        """resume_time: when `start` happens, s on the main mcu's clock."""
+        self.start, self.resume_time = start, resume_time
+        self.end = start + 0.5 * RAMP_TIME
+        self.piece = 0
+
+    def calc_hold(self):
+        """s between print_time and the main mcu's clock, once it is over."""
+        return self.resume_time + RAMP_TIME - self.end
+
+    def _piece_start(self, piece):
+        """(time since the start, part of the plan done by then)."""
+        time = RAMP_TIME * piece / RAMP_PIECES
+        return time, 0.5 * time * time / RAMP_TIME
+
+    def list_pieces(self, until):
+        """[(offset in s, pace, end)] of the pieces up to print_time `until`.
+
+        Second of the main mcu = (print_time - offset) / pace.  The last piece
+        may go on in the next call.
+        """
+        pieces = []
+        while self.piece < RAMP_PIECES:
+            time, done = self._piece_start(self.piece)
+            next_time, next_done = self._piece_start(self.piece + 1)
+            if self.start + done >= until:
+                break
+            pace = (next_done - done) / (next_time - time)
+            end = self.start + next_done
+            pieces.append((self.start + done - (self.resume_time + time) * pace,
+                           pace, min(end, until)))
+            if end > until:
+                break
+            self.piece += 1
+        return pieces
+
+    def is_over(self):
+        """True if all pieces were listed to their ends."""
+        return self.piece >= RAMP_PIECES
