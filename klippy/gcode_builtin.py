@@ -97,7 +97,7 @@ class CoreCommands:
             raise gcmd.error(self.printer.get_state_message()[0])
         elif name in IGNORED:
             self._tell_once(name, gcmd)
-        elif not self._is_needless(name, gcmd):
+        elif not (self._select_tool(name) or self._is_needless(name, gcmd)):
             gcmd.respond_info('Unknown command:"%s"' % (shorten(name),))
 
     def _tell_once(self, name, gcmd):
@@ -106,6 +106,16 @@ class CoreCommands:
             told.add(name)
             gcmd.respond_info("%s (%s) is ignored: set this in the config file"
                               % (name, IGNORED[name]))
+
+    def _select_tool(self, name):
+        """Take T<number> for the extruder of that number; False if there is none."""
+        if name[:1] != "T" or not name[1:].isdecimal():
+            return False
+        section = "extruder" + (str(int(name[1:])) if int(name[1:]) else "")
+        if self.printer.lookup_object(section, None) is None:
+            return False
+        self.gcode.run_script_from_command("ACTIVATE_EXTRUDER EXTRUDER=" + section)
+        return True
 
     def _is_needless(self, name, gcmd):
         if name == "M107":

@@ -161,8 +161,7 @@ class PrinterExtruder:
     def __init__(self, config, extruder_num):
         self.printer = config.get_printer()
         self.name = config.get_name()
-        heaters = self.printer.load_object(config, "heaters")
-        self.heater = heaters.setup_heater(config, "T%d" % (extruder_num,))
+        self.heater, self.owns_heater = make_heater(config, extruder_num)
         self._read_limits(config)
         self.last_position = 0.
         self.segment = TrapMove()
@@ -289,6 +288,8 @@ class PrinterExtruder:
 
     def stats(self, eventtime):
         """(is active, line for the log)."""
+        if not self.owns_heater:
+            return False, ""
         return self.heater.stats(eventtime)
 
     # Commands
@@ -325,6 +326,18 @@ class PrinterExtruder:
         toolhead.flush_step_generation()
         toolhead.set_extruder(self, self.last_position)
         self.printer.send_event("extruder:activate_extruder")
+
+
+def make_heater(config, extruder_num):
+    """(heater of the section of an extruder, if it is its own).
+
+    Raises ConfigError if it shares one that is not there.
+    """
+    heaters = config.get_printer().load_object(config, "heaters")
+    shared = config.get("shared_heater", None)
+    if shared is None:
+        return heaters.setup_heater(config, "T%d" % (extruder_num,)), True
+    return heaters.lookup_heater(shared), False
 
 
 def has_drive(config):
