@@ -35,8 +35,11 @@ def build(name, options=(), folder=None):
     config = out / "chosen.config"
     text = (ROOT / "test/configs" / (name + ".config")).read_text()
     config.write_text(text + "".join("CONFIG_%s\n" % o for o in options))
+    # always by the same name: make's dependencies have it in them
+    name_of_out = os.path.relpath(out, ROOT)
     result = subprocess.run(
-        ["make", "-j%d" % (os.cpu_count() or 1,), "firmware", "OUT=%s/" % (out,),
+        ["make", "-j%d" % (os.cpu_count() or 1,), "firmware",
+         "OUT=%s/" % (name_of_out,),
          "KCONFIG_CONFIG=%s" % (config,), "PYTHON=" + sys.executable],
         cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0, result.stdout + result.stderr

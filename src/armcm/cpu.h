@@ -54,6 +54,29 @@ static inline uint32_t timer_read_clock(void)
 }
 #endif
 
+/* Through the list of timers, which begin with `next` and have `waketime` as
+ * third word.  Most often the first comparison is the last. */
+#define PORT_HAS_SEEK_TIMER
+struct armcm_timer {
+    struct armcm_timer *next;
+    void *event;
+    uint32_t waketime;
+} __attribute__((may_alias));
+
+/* For a timer that comes after the second one. */
+void *armcm_seek_far(struct armcm_timer *second, uint32_t clock,
+                     const void *sentinel);
+
+static inline void *port_seek_timer(void *first, uint32_t clock,
+                                    const void *sentinel)
+{
+    struct armcm_timer *second = ((struct armcm_timer *)first)->next;
+
+    if (second == sentinel || (int32_t)(clock - second->waketime) < 0)
+        return first;
+    return armcm_seek_far(second, clock, sentinel);
+}
+
 /* Interrupt `number` of the NVIC calls `handler` from now on. */
 void armcm_connect(uint32_t number, void (*handler)(void));
 /* The same for a system exception, by its place in the vector table. */

@@ -20,7 +20,7 @@
 #define PLL_R 4u
 #endif
 #define PLL_M ((uint32_t)(REF_FREQ / PLL_INPUT))
-#define PLL_N (CONFIG_CLOCK_FREQ / PLL_INPUT * PLL_R)
+#define PLL_N (CONFIG_CLOCK_FREQ * PLL_R / PLL_INPUT)
 _Static_assert(PLL_M <= 8 && REF_FREQ % PLL_INPUT == 0
                && PLL_INPUT / PLL_R * PLL_N == CONFIG_CLOCK_FREQ,
                "no such multiple");

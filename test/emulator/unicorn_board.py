@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An STM32 with our firmware, emulated: in the virtual world, or by hand."""
 
+import ctypes
 import importlib.util
 import pathlib
 import subprocess
@@ -70,6 +71,12 @@ class UnicornBoard(SimBoard):
         number = self.ops.find_pin(name.encode())
         assert number >= 0, name
         return number
+
+    def read_stats(self):
+        """(instructions, timer interrupts, instructions in those) so far."""
+        stats = (ctypes.c_uint64 * 3)()
+        self.library.unicorn_read_stats(stats)
+        return tuple(stats)
 
     def read_word(self, addr):
         """A register, by the firmware's debug command."""

@@ -73,7 +73,7 @@ struct chip {
     struct vmcu_host host;
     uint64_t cycle, base;       /* base: the world's clock at cycle 0 */
     bool is_counting;           /* the program has started its clock */
-    bool is_broken, is_asleep, wants_reset;
+    bool is_broken, is_asleep, wants_reset, in_handler;
     uint32_t hse_hz, baud;
     uint8_t *flash, *ram;
     /* core */

@@ -14,6 +14,8 @@
 #define XPSR_IT ((3u << 25) | (0x3fu << 10))
 #define EXC_RETURN 0xfffffff9u
 #define SYSRESETREQ 0x05fa0004u
+/* ARM DDI 0337, 5.2: twelve, with memory that does not wait */
+#define ENTRY_CYCLES 12
 
 static uint32_t
 read_reg(int id)
@@ -121,7 +123,9 @@ core_take_irq(void)
     write_reg(UC_ARM_REG_LR, EXC_RETURN);
     write_reg(UC_ARM_REG_XPSR, XPSR_THUMB | vector);
     write_reg(UC_ARM_REG_PC, entry);
+    chip.cycle += ENTRY_CYCLES;
     chip.n_timer_irqs += vector == VECTOR_SYSTICK;
+    chip.in_handler = vector == VECTOR_SYSTICK;
 }
 
 bool
@@ -144,6 +148,7 @@ core_end_irq(uint32_t pc)
     write_reg(UC_ARM_REG_SP, sp);
     write_reg(UC_ARM_REG_PC, frame[6] | 1);
     chip.check_irqs = chip.n_pending != 0;
+    chip.in_handler = false;
     return true;
 }
 

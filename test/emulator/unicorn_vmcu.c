@@ -68,6 +68,7 @@ on_instruction(uc_engine *uc, uint64_t addr, uint32_t size, void *param)
     }
     chip.cycle++;
     chip.n_instructions++;
+    chip.n_irq_instructions += chip.in_handler;
     if (size != 2 || addr - FLASH_BASE >= chip.model->flash_size)
         return;
     memcpy(&opcode, chip.flash + (addr - FLASH_BASE), 2);
@@ -325,17 +326,20 @@ find_pin(const char *name)
 static void
 power_off(void)
 {
-    const char *report = getenv("UNICORN_REPORT");
-
-    if (report)
-        fprintf(stderr, "%s: %llu instructions, %llu timer interrupts\n",
-                chip.model->name, (unsigned long long)chip.n_instructions,
-                (unsigned long long)chip.n_timer_irqs);
     if (chip.uc)
         uc_close(chip.uc);
     free(chip.flash);
     free(chip.ram);
     memset(&chip, 0, sizeof(chip));
+}
+
+/* For tests: instructions, timer interrupts, instructions in those. */
+void
+unicorn_read_stats(uint64_t *stats)
+{
+    stats[0] = chip.n_instructions;
+    stats[1] = chip.n_timer_irqs;
+    stats[2] = chip.n_irq_instructions;
 }
 
 const struct vmcu_ops *
