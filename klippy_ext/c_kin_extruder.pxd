@@ -1,9 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 cdef extern from "kin_extruder.h" nogil:
+    enum advance_kind:
+        ADVANCE_LINEAR
+        ADVANCE_TANH
+        ADVANCE_RECIPROCAL
+
+    struct advance_model:
+        advance_kind kind
+        double linear
+        double offset
+        double velocity
+        double smooth_time
+        double time_offset
+
     struct kin_extruder:
         pass
 
     kin_extruder *kin_extruder_new()
-    int kin_extruder_set_advance(
-        kin_extruder *k, double print_time, double advance,
-        double smooth_time)
+    int kin_extruder_set_model(
+        kin_extruder *k, double print_time, const advance_model *model)

@@ -1,13 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The filament drive, with linear pressure advance."""
+"""The filament drive, with pressure advance."""
 
 from klippy_ext.c_itersolve cimport itersolve
 from klippy_ext.c_kin_extruder cimport (
+    ADVANCE_LINEAR,
+    ADVANCE_RECIPROCAL,
+    ADVANCE_TANH,
+    advance_kind,
+    advance_model,
     kin_extruder,
     kin_extruder_new,
-    kin_extruder_set_advance,
+    kin_extruder_set_model,
 )
 from klippy_ext.itersolve cimport StepperKinematics
+
+# How the lead of a velocity goes beyond what is proportional to it
+MODELS = {"linear": ADVANCE_LINEAR, "tanh": ADVANCE_TANH,
+          "recipr": ADVANCE_RECIPROCAL}
 
 
 cdef class ExtruderKinematics(StepperKinematics):
@@ -26,16 +35,24 @@ cdef class ExtruderKinematics(StepperKinematics):
             raise MemoryError()
 
     def set_pressure_advance(self, double print_time, double advance,
-                             double smooth_time):
+                             double smooth_time, model="linear",
+                             double offset=0.0, double velocity=0.0,
+                             double time_offset=0.0):
         """Use these for moves that begin at print_time or later.
 
-        advance: s (mm per mm/s).  smooth_time: s.  advance 0 also ends the
-        averaging.
-        Raises ValueError if one is negative or not finite.
+        advance: s (mm per mm/s).  smooth_time: s.  model: one of MODELS; with
+        the curved ones offset (mm) * tanh(v / velocity), or offset * (1 -
+        1 / (1 + v / velocity)), is added.  time_offset: s by which the drive is
+        ahead.  Without any lead there is no averaging either.
+        Raises ValueError if one is negative (time_offset may be) or not
+        finite, or an offset has no velocity.
         """
-        if kin_extruder_set_advance(
-                <kin_extruder *>self.get(), print_time, advance,
-                smooth_time):
+        cdef advance_model m
+        m.kind = <advance_kind><int>MODELS[model]
+        m.linear, m.offset, m.velocity = advance, offset, velocity
+        m.smooth_time, m.time_offset = smooth_time, time_offset
+        if kin_extruder_set_model(<kin_extruder *>self.get(), print_time, &m):
             raise ValueError(
-                "pressure advance and smooth time must not be negative: %r,"
-                " %r" % (advance, smooth_time))
+                "pressure advance and smooth time must not be negative: %r, %r,"
+                " and an offset needs a velocity: %r, %r"
+                % (advance, smooth_time, offset, velocity))

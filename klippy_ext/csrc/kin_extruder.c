@@ -1,12 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Filament drive with pressure advance.  See kin_extruder.h. */
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "kin_extruder.h"
-#include "polysolve.h"
 
 /* Position on a segment, in mm by power of the time from its start. */
 struct piece {
@@ -22,93 +19,40 @@ get_position(const struct itersolve *is, const double pos[3])
 
 /* ---- Settings ---- */
 
-static const struct advance_setting *
-find_setting(const struct kin_extruder *k, double print_time)
-{
-    int i = k->n_settings - 1;
-
-    while (i > 0 && k->settings[i].print_time > print_time + 1e-9)
-        i--;
-    return &k->settings[i];
-}
-
-/* Window of two settings that follow each other: the longer serves both. */
+/* When the oldest segment begins that steps to come need. */
 static double
-get_reach(const struct advance_setting *s)
+find_needed(const struct kin_extruder *k)
 {
-    return fmax(s[0].half_smooth, s[1].half_smooth);
-}
-
-/* Forget settings that serve no segment any more. */
-static void
-prune_settings(struct kin_extruder *k)
-{
-    struct advance_setting *s = k->settings;
     const struct trapq *tq = k->is.tq;
     double needed = k->is.done_time - k->is.scan_pre;
-    int n = 0;
+    uint64_t i;
 
-    if (tq && !trapq_is_empty(tq)) {
-        uint64_t i = trapq_find(tq, k->is.cursor, needed);
-        if (i < tq->end)
-            needed = fmin(needed, trapq_get(tq, i)->time);
-    }
-    while (n + 1 < k->n_settings
-           && s[n + 1].print_time + get_reach(&s[n]) < needed)
-        n++;
-    if (k->n_settings - n == KIN_EXTRUDER_SETTINGS)
-        n++;
-    k->n_settings -= n;
-    memmove(s, s + n, (size_t)k->n_settings * sizeof(*s));
+    if (!tq || trapq_is_empty(tq))
+        return needed;
+    i = trapq_find(tq, k->is.cursor, needed);
+    return i < tq->end ? fmin(needed, trapq_get(tq, i)->time) : needed;
+}
+
+int
+kin_extruder_set_model(struct kin_extruder *k, double print_time,
+                       const struct advance_model *model)
+{
+    int ret = advancelist_add(&k->settings, print_time, model,
+                              find_needed(k));
+
+    advancelist_get_scan(&k->settings, &k->is.scan_pre, &k->is.scan_post);
+    return ret;
 }
 
 int
 kin_extruder_set_advance(struct kin_extruder *k, double print_time,
                          double advance, double smooth_time)
 {
-    struct advance_setting *s = k->settings, *last;
-    double half = advance > 0. ? .5 * smooth_time : 0., reach = 0.;
+    struct advance_model model = {
+        .kind = ADVANCE_LINEAR, .linear = advance, .smooth_time = smooth_time,
+    };
 
-    if (!isfinite(print_time + advance + smooth_time) || advance < 0.
-        || smooth_time < 0.)
-        return -EINVAL;
-    advance = half > 0. ? advance : 0.;
-    while (k->n_settings > 1
-           && s[k->n_settings - 1].print_time >= print_time)
-        k->n_settings--;
-    prune_settings(k);
-    last = &s[k->n_settings - 1];
-    if (last->advance != advance || last->half_smooth != half)
-        s[k->n_settings++] = (struct advance_setting) {
-            print_time, advance, half,
-        };
-    for (int i = 0; i < k->n_settings; i++)
-        reach = fmax(reach, s[i].half_smooth);
-    k->is.scan_pre = k->is.scan_post = reach;
-    return 0;
-}
-
-/* Half the window at a time; *until is lowered to when that may change. */
-static double
-get_half(const struct kin_extruder *k, double time, double *until)
-{
-    const struct advance_setting *s = k->settings;
-    double half = 0.;
-
-    for (int i = k->n_settings - 1; i >= 0; i--) {
-        double from = i ? s[i].print_time - get_reach(&s[i - 1]) : -INFINITY;
-        double to = i + 1 < k->n_settings
-            ? s[i + 1].print_time + get_reach(&s[i]) : INFINITY;
-        if (from > time) {
-            *until = fmin(*until, from);
-            continue;
-        }
-        if (to > time) {
-            half = fmax(half, s[i].half_smooth);
-            *until = fmin(*until, to);
-        }
-    }
-    return half;
+    return kin_extruder_set_model(k, print_time, &model);
 }
 
 /* ---- Pieces ---- */
@@ -134,7 +78,8 @@ get_piece(const struct kin_extruder *k, uint64_t number)
     }
     seg = trapq_get(tq, number);
     r = seg->axes_r[0];
-    lead = seg->axes_r[1] != 0. ? find_setting(k, seg->time)->advance : 0.;
+    lead = seg->axes_r[1] != 0.
+        ? advancelist_find(&k->settings, seg->time)->advance : 0.;
     return (struct piece) { {
         seg->start[0] + r * lead * seg->start_v,
         r * (seg->start_v + 2. * lead * seg->half_accel),
@@ -169,7 +114,37 @@ get_change(const struct kin_extruder *k, uint64_t number)
     } };
 }
 
+/* Velocity by which the lead goes, as above; no power of 2. */
+static struct piece
+get_speed_piece(const struct kin_extruder *k, uint64_t number)
+{
+    const struct trapseg *seg;
+    double r;
+
+    if (!has_piece(k->is.tq, number))
+        return (struct piece) { { 0. } };
+    seg = trapq_get(k->is.tq, number);
+    r = seg->axes_r[1] != 0. ? seg->axes_r[0] : 0.;
+    return (struct piece) { {
+        r * seg->start_v, 2. * r * seg->half_accel, 0.,
+    } };
+}
+
+static struct piece
+get_speed_change(const struct kin_extruder *k, uint64_t number)
+{
+    double t = trapq_get(k->is.tq, number - 1)->duration;
+    struct piece a = get_speed_piece(k, number - 1);
+    struct piece b = get_speed_piece(k, number);
+
+    return (struct piece) { {
+        b.p[0] - (a.p[0] + a.p[1] * t), b.p[1] - a.p[1], 0.,
+    } };
+}
+
 /* ---- The average ---- */
+
+typedef struct piece (*piece_getter)(const struct kin_extruder *, uint64_t);
 
 /* Add factor * (reach + sign * t)^power to the polynomial q in t. */
 static void
@@ -203,13 +178,14 @@ struct window {
     uint64_t first, middle, last;
 };
 
-/* In mm, by power of the time after `time`. */
-static void
+/* Of pieces, by power of the time after `time`. */
+static inline void
 make_average(const struct kin_extruder *k, const struct window *w,
-             double time, double half, struct quartic *q)
+             double time, double half, piece_getter get, piece_getter get_jump,
+             struct quartic *q)
 {
     const struct trapq *tq = k->is.tq;
-    struct piece c = get_piece(k, w->middle), change;
+    struct piece c = get(k, w->middle), change;
     double t = time - get_border(tq, w->middle);
 
     q->time = time;
@@ -221,10 +197,34 @@ make_average(const struct kin_extruder *k, const struct window *w,
     for (uint64_t i = w->first + 1; i <= w->last; i++) {
         double border = get_border(tq, i);
         double side = i > w->middle ? 1. : -1.;
-        change = get_change(k, i);
+        change = get_jump(k, i);
         add_border(q->p, &change, half + side * (time - border), side, half);
     }
 }
+
+/* Position without bend, mm. */
+static void
+average_position(const struct kin_extruder *k, const struct window *w,
+                 double time, double half, struct quartic *q)
+{
+    make_average(k, w, time, half, get_piece, get_change, q);
+}
+
+/* Velocity of what is led, mm/s. */
+static void
+average_speed(const struct kin_extruder *k, const struct window *w,
+              double time, double half, struct quartic *q)
+{
+    make_average(k, w, time, half, get_speed_piece, get_speed_change, q);
+}
+
+static int
+is_constant(const struct quartic *q)
+{
+    return q->p[1] == 0. && q->p[2] == 0. && q->p[3] == 0. && q->p[4] == 0.;
+}
+
+/* ---- Steps ---- */
 
 static double
 get_piece_end(const struct trapq *tq, uint64_t number)
@@ -259,31 +259,48 @@ get_faded(const struct fading *f, double time)
                          : 0.;
 }
 
-/* The window's length changes at `time`: keep the position as it is. */
-static void
-change_half(struct kin_extruder *k, struct window *w, double time, double half)
+/* Position at a time of the drive, mm. */
+static double
+find_position(const struct kin_extruder *k, struct window *w, double time,
+              const struct advance_state *state)
 {
-    double offset = get_faded(&k->fading, time), longer = fmax(k->half, half);
+    double motion = time + state->shift, position;
     struct quartic q;
 
-    move_window(k->is.tq, w, time, k->half);
-    make_average(k, w, time, k->half, &q);
-    offset += q.p[0];
-    move_window(k->is.tq, w, time, half);
-    make_average(k, w, time, half, &q);
-    offset -= q.p[0];
-    k->fading = (struct fading) { offset, time, time + longer };
-    k->half = half;
+    move_window(k->is.tq, w, motion, state->half);
+    average_position(k, w, motion, state->half, &q);
+    position = q.p[0];
+    if (state->bend.offset != 0.) {
+        average_speed(k, w, motion, state->half, &q);
+        position += advancebend_get(&state->bend, q.p[0]);
+    }
+    return position;
 }
 
-/* To steps, with the offset that fades. */
+/* Positions are made in another way from `time` on: keep the one there. */
 static void
-place_average(const struct kin_extruder *k, struct quartic *q)
+change_state(struct kin_extruder *k, struct window *w, double time,
+             const struct advance_state *state)
+{
+    double longer = fmax(fmax(k->state.half, state->half),
+                         2. * fabs(k->state.shift - state->shift));
+    double offset = get_faded(&k->fading, time);
+
+    offset += find_position(k, w, time, &k->state)
+        - find_position(k, w, time, state);
+    k->fading = (struct fading) { offset, time, time + longer };
+    k->state = *state;
+}
+
+/* To steps at a time of the drive, with the offset that fades. */
+static void
+place_average(const struct kin_extruder *k, double time, struct quartic *q)
 {
     const struct fading *f = &k->fading;
 
-    q->p[0] += get_faded(f, q->time) - k->is.origin;
-    if (q->time < f->end)
+    q->time = time;
+    q->p[0] += get_faded(f, time) - k->is.origin;
+    if (time < f->end)
         q->p[1] -= f->offset / (f->end - f->start);
     for (int i = 0; i < 5; i++)
         q->p[i] *= k->is.inv_step_dist;
@@ -294,12 +311,24 @@ static int
 emit_window(struct kin_extruder *k, const struct window *w, double time,
             double end)
 {
-    struct quartic q;
+    const struct advance_state *state = &k->state;
+    double motion = time + state->shift;
+    struct quartic q, speed;
+    int is_bent = state->bend.offset != 0.;
 
     if (is_at_rest(k->is.tq, w) && time >= k->fading.end)
         return 0;
-    make_average(k, w, time, k->half, &q);
-    place_average(k, &q);
+    average_position(k, w, motion, state->half, &q);
+    if (is_bent) {
+        average_speed(k, w, motion, state->half, &speed);
+        is_bent = !is_constant(&speed);
+        if (!is_bent)
+            q.p[0] += advancebend_get(&state->bend, speed.p[0]);
+    }
+    place_average(k, time, &q);
+    if (is_bent)
+        return advancebend_emit(&k->is, &state->bend, &q, &speed,
+                                end - time);
     if (w->first == w->last) {
         struct quadratic plain = { time, q.p[0], q.p[1], q.p[2] };
         return itersolve_emit_quadratic(&k->is, &plain, 0., end - time);
@@ -316,12 +345,15 @@ emit_range(struct itersolve *is, double start, double end)
     int ret = 0;
 
     while (time < end && !ret) {
-        double until = end, half = get_half(k, time, &until);
-        if (half != k->half)
-            change_half(k, &w, time, half);
+        double until = end;
+        struct advance_state state = advancelist_get_state(&k->settings, time,
+                                                           &until);
+        if (!advancelist_is_same(&state, &k->state))
+            change_state(k, &w, time, &state);
         if (time < k->fading.end)
             until = fmin(until, k->fading.end);
-        until = fmin(until, move_window(is->tq, &w, time, half));
+        until = fmin(until, move_window(is->tq, &w, time + state.shift,
+                                        state.half) - state.shift);
         if (until <= time)      /* rounding: the borders nearly meet */
             until = fmin(nextafter(time, INFINITY), end);
         ret = emit_window(k, &w, time, until);
@@ -335,19 +367,14 @@ static int
 check(const struct itersolve *is)
 {
     const struct kin_extruder *k = (const struct kin_extruder *)is;
-    const struct advance_setting *s = k->settings;
+    double pre, post;
 
-    if (k->n_settings < 1 || k->n_settings > KIN_EXTRUDER_SETTINGS)
-        return -20;
-    for (int i = 2; i < k->n_settings; i++)
-        if (s[i].print_time <= s[i - 1].print_time)
-            return -21;
-    for (int i = 0; i < k->n_settings; i++)
-        if (s[i].advance < 0. || s[i].half_smooth > k->is.scan_pre)
-            return -22;
+    advancelist_get_scan(&k->settings, &pre, &post);
+    if (pre != is->scan_pre || post != is->scan_post)
+        return -24;
     if (!isfinite(k->fading.offset) || k->fading.end < k->fading.start)
         return -23;
-    return 0;
+    return advancelist_check(&k->settings);
 }
 
 static const struct itersolve_kind kind = {
@@ -361,7 +388,7 @@ kin_extruder_new(void)
 
     if (!k)
         return NULL;
-    k->n_settings = 1;
+    k->settings.count = 1;
     itersolve_init(&k->is, &kind, ITERSOLVE_X);
     return k;
 }

@@ -198,9 +198,14 @@ print_moves(struct machine *m)
 
     for (int i = 0; i < MOVES && !ret; i++) {
         ret = add_move(m, i);
-        if (!ret && i % 40 == 5)
-            ret = kin_extruder_set_advance((struct kin_extruder *)m->is[4],
-                                           m->time, .01 * (i % 3), .04);
+        if (!ret && i % 40 == 5) {
+            struct advance_model model = {
+                (enum advance_kind)(i / 40 % 3), .01 * (i % 3), .02, 5., .04,
+                .01 * (i / 40 % 2),
+            };
+            ret = kin_extruder_set_model((struct kin_extruder *)m->is[4],
+                                         m->time, &model);
+        }
         if (!ret && i % 25 == 24)
             ret = make_steps(m, m->time - .3);
     }
