@@ -5,10 +5,12 @@ Filament is in mm, speeds in mm/s.  The drive (ExtruderStepper) leads the
 filament by pressure advance; see docs/internals/motion.md.
 """
 
+import dataclasses
 import math
 
 from klippy import motionqueue, stepper
 from klippy.errors import CommandError
+from klippy.kinematics.pressure_advance import PressureAdvance
 from klippy.toolhead import NoExtruder
 from klippy_ext.kin_extruder import ExtruderKinematics
 from klippy_ext.trapq import TrapMove
@@ -18,7 +20,6 @@ __all__ = ["DummyExtruder", "ExtruderStepper", "PrinterExtruder",
 
 DummyExtruder = NoExtruder
 MAX_EXTRUDERS = 100
-MAX_SMOOTH_TIME = 0.200
 HOT_HINT = "See the 'min_extrude_temp' config option for details"
 
 
@@ -29,10 +30,8 @@ class ExtruderStepper:
         self.printer = config.get_printer()
         self.name = config.get_name().rpartition(" ")[2]
         self.motion_queuing = self.printer.load_object(config, "motion_queuing")
-        self.pressure_advance = self.pressure_advance_smooth_time = 0.
-        self.config_pa = config.getfloat("pressure_advance", 0., minval=0.)
-        self.config_smooth_time = config.getfloat(
-            "pressure_advance_smooth_time", 0.040, above=0., maxval=MAX_SMOOTH_TIME)
+        self.settings = PressureAdvance(0., 0.)
+        self.config_settings = PressureAdvance.from_config(config)
         self.stepper = stepper.PrinterStepper(config)
         self.drive = ExtruderKinematics()
         self.stepper.set_stepper_kinematics(self.drive)
@@ -54,13 +53,21 @@ class ExtruderStepper:
                 desc=getattr(self, "cmd_%s_help" % (name,)))
 
     def _handle_connect(self):
-        self.set_pressure_advance(self.config_pa, self.config_smooth_time)
+        self._use(self.config_settings)
+
+    @property
+    def pressure_advance(self):
+        """The part that is proportional to the speed, s."""
+        return self.settings.advance
+
+    @property
+    def pressure_advance_smooth_time(self):
+        """s over which the lead is averaged."""
+        return self.settings.smooth_time
 
     def get_status(self, eventtime):
         """Status of the drive."""
-        return {"pressure_advance": self.pressure_advance,
-                "smooth_time": self.pressure_advance_smooth_time,
-                "motion_queue": self.motion_queue}
+        return {**self.settings.get_status(), "motion_queue": self.motion_queue}
 
     def find_past_position(self, print_time):
         """Filament position at a time not long ago."""
@@ -87,16 +94,19 @@ class ExtruderStepper:
 
     def set_pressure_advance(self, pressure_advance, smooth_time):
         """Lead the moves to come by pressure_advance s, averaged over smooth_time."""
-        self.motion_queuing.reserve_scan_window(
-            0.5 * smooth_time if pressure_advance else 0.)
+        self._use(dataclasses.replace(self.settings, advance=pressure_advance,
+                                      smooth_time=smooth_time))
+
+    def _use(self, settings):
+        """Lead the moves to come as a PressureAdvance says."""
+        self.motion_queuing.reserve_scan_window(settings.get_reach())
         toolhead = self.printer.lookup_object("toolhead")
         toolhead.register_lookahead_callback(
-            lambda print_time: self._apply(print_time, pressure_advance, smooth_time))
-        self.pressure_advance = pressure_advance
-        self.pressure_advance_smooth_time = smooth_time
+            lambda print_time: self._apply(print_time, settings))
+        self.settings = settings
 
-    def _apply(self, print_time, pressure_advance, smooth_time):
-        self.drive.set_pressure_advance(print_time, pressure_advance, smooth_time)
+    def _apply(self, print_time, settings):
+        settings.apply(self.drive, print_time)
         self.motion_queuing.check_scan_windows()
 
     cmd_SET_PRESSURE_ADVANCE_help = "Set pressure advance parameters"
@@ -112,14 +122,9 @@ class ExtruderStepper:
         drive.cmd_SET_PRESSURE_ADVANCE(gcmd)
 
     def cmd_SET_PRESSURE_ADVANCE(self, gcmd):
-        """Set ADVANCE and SMOOTH_TIME."""
-        advance = gcmd.get_float("ADVANCE", self.pressure_advance, minval=0.)
-        smooth_time = gcmd.get_float(
-            "SMOOTH_TIME", self.pressure_advance_smooth_time, minval=0.,
-            maxval=MAX_SMOOTH_TIME)
-        self.set_pressure_advance(advance, smooth_time)
-        text = ("pressure_advance: %.6f\npressure_advance_smooth_time: %.6f"
-                % (advance, smooth_time))
+        """Set ADVANCE, SMOOTH_TIME, MODEL, OFFSET, VELOCITY, TIME_OFFSET."""
+        self._use(self.settings.change(gcmd))
+        text = self.settings.describe()
         self.printer.set_rollover_info(self.name, "%s: %s" % (self.name, text))
         gcmd.respond_info(text, log=False)
 

@@ -7,6 +7,7 @@ import machine_configs
 import pytest
 from judge import Judge
 from printer_run import PrinterRun
+from truth import advance, machines
 
 PREPARE = "G28\nG90\nM83\nG1 X100 Y100 Z3 F6000\n"
 ARM = """
@@ -108,3 +109,47 @@ def test_the_judge_sees_a_wrong_ratio(tmp_path):
         run_judged(tmp_path, ARM, "MANUAL_STEPPER STEPPER=arm GCODE_AXIS=A"
                    " INSTANTANEOUS_CORNER_VELOCITY=10000", job, write_moves(points),
                    more=more)
+
+
+MODELS = {
+    "tanh": ("pressure_advance_model: tanh\nlinear_advance: 0.03\n"
+             "nonlinear_offset: 0.15\nlinearization_velocity: 2\n",
+             dict(model="tanh", offset=0.15, velocity=2.)),
+    "recipr": ("pressure_advance_model: recipr\nlinear_advance: 0.03\n"
+               "nonlinear_offset: 0.2\nlinearization_velocity: 5\n"
+               "pressure_advance_time_offset: 0.03\n",
+               dict(model="recipr", offset=0.2, velocity=5., time_offset=0.03)),
+    "late": ("pressure_advance_model: tanh\nlinear_advance: 0.03\n"
+             "pressure_advance_time_offset: -0.02\n", dict(time_offset=-0.02))}
+
+
+def judge_model(tmp_path, options, model, linear=0.03):
+    """Steps of a job whose drive leads by a model."""
+    # the truth takes the advance of 1 for "this is led"
+    config = machine_configs.make_axes("corexy", 1., machine_configs.BED)
+    config = config.replace("[extruder]\n", "[extruder]\n" + options)
+    job = write_moves(draw_points(4)) + "G1 E-1 F2400\nG1 X90 F9000\nG1 E1 F2400\n"
+    job += "".join("G1 X%.3f Y%.3f E0.05 F3000\n" % (90. + 0.7 * i, 80. + i % 3)
+                   for i in range(40))
+    run = PrinterRun(config, tmp_path).run([PREPARE, job], 1)
+    reach = 0.04 + 2. * abs(model.get("time_offset", 0.))
+    judge = Judge(run, config, "G90\nM83\n" + job, run.snapshots[0], reach)
+    step_dist = machines.step_distance(judge.config["extruder"])
+    judge.motors[-1] = judge._make_motor(
+        "extruder", lambda path, t: advance.position(path, t, linear, 0.04, **model),
+        step_dist)
+    return judge.check()["extruder"]
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_curved_pressure_advance(tmp_path, name):
+    assert judge_model(tmp_path, *MODELS[name]) > 1000
+
+
+@pytest.mark.parametrize("wrong", [
+    dict(offset=0.151), dict(velocity=2.02), dict(time_offset=0.001),
+    dict(model="recipr")])
+def test_the_judge_sees_another_curve(tmp_path, wrong):
+    options, model = MODELS["tanh"]
+    with pytest.raises(AssertionError):
+        judge_model(tmp_path, options, {**model, **wrong})

@@ -156,3 +156,62 @@ def test_shared_heater_that_is_not_there(tmp_path, monkeypatch):
         assert "Unknown heater 'bed1'" in it.printer.state_message
     config = motion_machine.PRINTER + SHARED.replace("r: extruder", "r: bed1")
     motion_bench.MotionBench(tmp_path, monkeypatch, config).run(body)
+
+
+CURVED = """
+pressure_advance_model: reciprocal
+linear_advance: 0.02
+nonlinear_offset: 0.3
+linearization_velocity: 4
+pressure_advance_time_offset: 0.01
+pressure_advance_smooth_time: 0.03
+"""
+
+
+def test_options_of_pressure_advance(run):
+    def body(it):
+        assert it.get("extruder") | {
+            "pressure_advance": 0.02, "smooth_time": 0.03, "nonlinear_offset": 0.3,
+            "pressure_advance_model": "recipr", "linearization_velocity": 4.,
+            "time_offset": 0.01} == it.get("extruder")
+        reach = it.printer.lookup_object("motion_queuing").get_kin_flush_delay()
+        assert reach == pytest.approx(0.025)
+        it.send("SET_PRESSURE_ADVANCE TIME_OFFSET=0 MODEL=tanh OFFSET=0.1 VELOCITY=2")
+        assert it.output[-1] == (
+            "// pressure_advance: 0.020000\n// pressure_advance_smooth_time: 0.030000\n"
+            "// pressure_advance_model: tanh\n// nonlinear_offset: 0.100000\n"
+            "// linearization_velocity: 2.000000")
+        it.send("SET_PRESSURE_ADVANCE ADVANCE=0.05 MODEL=LINEAR SMOOTH_TIME=0.04")
+        assert it.output[-1] == ("// pressure_advance: 0.050000\n"
+                                 "// pressure_advance_smooth_time: 0.040000")
+        kept = it.get("extruder")
+        for wrong in ("MODEL=cubic", "OFFSET=-1", "TIME_OFFSET=0.21", "ADVANCE=-1",
+                      "SMOOTH_TIME=0.21", "MODEL=tanh VELOCITY=0"):
+            with pytest.raises(CommandError):
+                it.send("SET_PRESSURE_ADVANCE " + wrong)
+        assert it.get("extruder") == kept
+    run(body, CURVED)
+
+
+def test_curve_without_speed(tmp_path, monkeypatch):
+    import motion_bench
+
+    def body(it):
+        assert "linearization_velocity" in it.printer.state_message
+    motion_bench.MotionBench(
+        tmp_path, monkeypatch, motion_machine.PRINTER
+        + "pressure_advance_model: tanh\nnonlinear_offset: 0.1\n").run(body)
+
+
+def test_steps_of_a_changing_model(run):
+    """Whatever is set in the middle of moves: in the end nothing is lost."""
+    def body(it):
+        it.send(START)
+        for i in range(40):
+            it.send("SET_PRESSURE_ADVANCE ADVANCE=0.0%d MODEL=%s OFFSET=0.%d VELOCITY=3"
+                    " TIME_OFFSET=%.3f SMOOTH_TIME=0.0%d\nG1 X%g E0.4 F3000" % (
+                        i % 7, ("tanh", "recipr", "linear")[i % 3], i % 4,
+                        0.01 * (i % 5) - 0.02, 1 + i % 5, 60. + i % 2 * 15.))
+        assert filament(it) == near(16.)
+        assert max(it.get_error()) < 0.0063
+    run(body)
