@@ -46,6 +46,11 @@ struct rcc_regs {
 #define USART2_GATE RCC_GATE_APB1(17)
 #define USART2_IRQ 28
 
+#define SPI1_BASE 0x40013000
+#define SPI1_GATE RCC_GATE_APB2(12)
+#define SPI2_BASE 0x40003800
+#define SPI2_GATE RCC_GATE_APB1(14)
+
 #define ADC1_BASE 0x40012400
 #define ADC1_GATE RCC_GATE_APB2(9)
 #define ADC_COMMON_CCR (*(volatile uint32_t *)0x40012708)

@@ -100,6 +100,45 @@ struct tim_regs {
 #define TIM_BDTR_MOE (1u << 15)
 #define TIM_CCMR_PWM1_PRELOAD 0x68u /* OCxM = 6, OCxPE */
 
+/* SPI of all but the H7: RM0008, 25.5; RM0091, 28.9.  DR is accessed as bytes
+ * where it has a fifo. */
+struct spi_v1_regs {
+    volatile uint32_t CR1, CR2, SR, DR;
+};
+#define SPI_CR1_MSTR (1u << 2)
+#define SPI_CR1_BR(N) ((N) << 3)
+#if CONFIG_MACH_STM32H7
+#define SPI_CR1_SPE (1u << 0)
+#define SPI_CR1_CSTART (1u << 9)
+#define SPI_CR1_SSI (1u << 12)
+#else
+#define SPI_CR1_SPE (1u << 6)
+#define SPI_CR1_SSI (1u << 8)
+#endif
+#define SPI_CR1_SSM (1u << 9)
+#define SPI_SR_RXNE (1u << 0)
+#define SPI_SR_BSY (1u << 7)
+#define SPI_CR2_8_BITS (7u << 8)
+#define SPI_CR2_FRXTH (1u << 12)
+
+/* SPI of the H7: RM0433, 50.11 */
+struct spi_v2_regs {
+    volatile uint32_t CR1, CR2, CFG1, CFG2, IER, SR, IFCR, reserved0, TXDR;
+    volatile uint32_t reserved1[3], RXDR;
+};
+#define SPI_CFG1_8_BITS 7u
+#define SPI_CFG1_MBR(N) ((N) << 28)
+#define SPI_CFG2_MASTER (1u << 22)
+#define SPI_CFG2_CPHA (1u << 24)
+#define SPI_CFG2_CPOL (1u << 25)
+#define SPI_CFG2_SSM (1u << 26)
+#define SPI_CFG2_AFCNTR (1u << 31)
+#define SPI_SR_RXP (1u << 0)
+#define SPI_SR_TXP (1u << 1)
+#define SPI_SR_EOT (1u << 3)
+#define SPI_IFCR_EOT (1u << 3)
+#define SPI_IFCR_TXTF (1u << 4)
+
 /* Independent watchdog: RM0008, 19.4.  WINR is not on all. */
 struct iwdg_regs {
     volatile uint32_t KR, PR, RLR, SR, WINR;

@@ -34,6 +34,13 @@ static inline uint32_t timer_read_clock(void)
 }
 #endif
 
+#if CONFIG_MACH_STM32H7
+typedef struct spi_v2_regs spi_regs_t;
+#else
+typedef struct spi_v1_regs spi_regs_t;
+#endif
+struct spi_config { spi_regs_t *regs; uint32_t first, second; };
+
 struct gpio_out { gpio_regs_t *regs; uint32_t bit; };
 struct gpio_in { gpio_regs_t *regs; uint32_t bit; };
 struct gpio_adc { uint8_t channel, unit; };

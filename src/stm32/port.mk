@@ -19,6 +19,7 @@ stm32-$(CONFIG_STM32_GPIO_V2) += gpio_v2.c
 stm32-$(CONFIG_STM32_ADC_V1) += adc_v1.c
 stm32-$(CONFIG_STM32_ADC_V2) += adc_v2.c
 stm32-$(CONFIG_STM32_ADC_V3) += adc_v3.c
+stm32-$(CONFIG_WANT_SPI) += spi.c
 stm32-$(CONFIG_WANT_HARD_PWM) += pwm.c
 port-src += $(stm32-y:%=$(stm32)/%)
 FLASH_HINT := make flash FLASH_DEVICE=/dev/ttyUSB0 (boot loader of the chip)

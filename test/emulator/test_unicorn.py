@@ -151,6 +151,29 @@ def test_analog_input(chip, make_board):
     assert len(reports) >= 2 and value == 4 * (0x5678 >> 4)
 
 
+@pytest.mark.parametrize("chip", ["stm32f072", "stm32f103", "stm32f407",
+                                  "stm32f765", "stm32g431", "stm32h743"])
+def test_spi_bus(chip, make_board):
+    """A device that answers with the complement, selected by a pin."""
+    board = make_board(chip)
+    pins = board.dictionary["enumerations"]["spi_bus"]
+    select, seen = board.find_pin("PB12"), []
+
+    def answer(data):
+        seen.append((board.list_edges(select)[-1][1], data))
+        return bytes(255 - byte for byte in data)
+
+    board.spi_devices[1] = answer
+    board.configure(
+        ("config_spi", dict(oid=5, pin=select, cs_active_high=0)),
+        ("spi_set_bus", dict(oid=5, spi_bus=pins["spi1"], mode=3, rate=4000000)))
+    got = board.query("spi_transfer", "spi_transfer_response", oid=5,
+                      data=b"\x01\x80\xaa")
+    assert got["response"] == b"\xfe\x7f\x55"
+    assert seen == [(0, b"\x01"), (0, b"\x80"), (0, b"\xaa")]
+    assert board.list_edges(select)[-1][1] == 1
+
+
 @pytest.mark.parametrize("chip", ["stm32f070", "stm32f103", "stm32f407",
                                   "stm32g0b1", "stm32h723"])
 def test_shutdown_puts_pins_to_their_defaults(chip, make_board):

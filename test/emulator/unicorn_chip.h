@@ -24,7 +24,7 @@ enum { MAX_REGS = 224, MAX_DEVICES = 64, N_IRQS = 160, N_VECTORS = 16 + N_IRQS,
 
 enum device_kind {
     DEV_GPIO, DEV_USART, DEV_ADC, DEV_ADC_COMMON, DEV_TIM, DEV_RCC, DEV_FLASH,
-    DEV_PWR, DEV_IWDG, DEV_AFIO, DEV_SYSCFG,
+    DEV_PWR, DEV_IWDG, DEV_AFIO, DEV_SYSCFG, DEV_SPI,
 };
 
 /* A peripheral: where it is, what clocks it. */

@@ -17,6 +17,9 @@ static const struct device_info f1_devices[] = {
     { 0x40013800, DEV_USART, 1, 37, 2, 0x18, 14 },
     { 0x40004400, DEV_USART, 2, 38, 1, 0x1c, 17 },
     { 0x40004800, DEV_USART, 3, 39, 1, 0x1c, 18 },
+    { 0x40013000, DEV_SPI, 1, 0, 2, 0x18, 12 },
+    { 0x40003800, DEV_SPI, 2, 0, 1, 0x1c, 14 },
+    { 0x40003c00, DEV_SPI, 3, 0, 1, 0x1c, 15 },
     { 0x40012400, DEV_ADC, 0, 18, 2, 0x18, 9 },
     { 0x40012c00, DEV_TIM, 1, 0, 2, 0x18, 11 },
     { 0x40000000, DEV_TIM, 2, 0, 1, 0x1c, 0 },
@@ -42,6 +45,12 @@ static const struct device_info f4_devices[] = {
     { 0x40004c00, DEV_USART, 4, 52, 1, 0x40, 19 },
     { 0x40005000, DEV_USART, 5, 53, 1, 0x40, 20 },
     { 0x40011400, DEV_USART, 6, 71, 2, 0x44, 5 },
+    { 0x40013000, DEV_SPI, 1, 0, 2, 0x44, 12 },
+    { 0x40003800, DEV_SPI, 2, 0, 1, 0x40, 14 },
+    { 0x40003c00, DEV_SPI, 3, 0, 1, 0x40, 15 },
+    { 0x40013400, DEV_SPI, 4, 0, 2, 0x44, 13 },
+    { 0x40015000, DEV_SPI, 5, 0, 2, 0x44, 20 },
+    { 0x40015400, DEV_SPI, 6, 0, 2, 0x44, 21 },
     { 0x40012000, DEV_ADC, 0, 18, 2, 0x44, 8 },
     { 0x40012200, DEV_ADC, 1, 18, 2, 0x44, 10 },
     { 0x40012300, DEV_ADC_COMMON, 0, 0, 2, 0x44, 8 },
@@ -69,6 +78,8 @@ static const struct device_info f0_devices[] = {
     GPIO_AT(0x48000000, 4, 0x14, 21), GPIO_AT(0x48000000, 5, 0x14, 22),
     { 0x40013800, DEV_USART, 1, 27, 1, 0x18, 14 },
     { 0x40004400, DEV_USART, 2, 28, 1, 0x1c, 17 },
+    { 0x40013000, DEV_SPI, 1, 0, 1, 0x18, 12 },
+    { 0x40003800, DEV_SPI, 2, 0, 1, 0x1c, 14 },
     { 0x40012400, DEV_ADC, 0, 12, 1, 0x18, 9 },
     { 0x40012700, DEV_ADC_COMMON, 0, 12, 1, 0x18, 9 },
     { 0x40012c00, DEV_TIM, 1, 0, 1, 0x18, 11 },
@@ -92,6 +103,8 @@ static const struct device_info g0_devices[] = {
     { 0x40013800, DEV_USART, 1, 27, 1, 0x40, 14 },
     { 0x40004400, DEV_USART, 2, 28, 1, 0x3c, 17 },
     { 0x40004800, DEV_USART, 3, 29, 1, 0x3c, 18 },
+    { 0x40013000, DEV_SPI, 1, 0, 1, 0x40, 12 },
+    { 0x40003800, DEV_SPI, 2, 0, 1, 0x3c, 14 },
     { 0x40012400, DEV_ADC, 0, 12, 1, 0x40, 20 },
     { 0x40012700, DEV_ADC_COMMON, 0, 12, 1, 0x40, 20 },
     { 0x40012c00, DEV_TIM, 1, 0, 1, 0x40, 11 },
@@ -129,6 +142,9 @@ g0_channels(uint8_t unit, uint8_t channel)
     { 0x40013800, DEV_USART, 1, 37, 2, 0x60, 14 }, \
     { 0x40004400, DEV_USART, 2, 38, 1, 0x58, 17 }, \
     { 0x40004800, DEV_USART, 3, 39, 1, 0x58, 18 }, \
+    { 0x40013000, DEV_SPI, 1, 0, 2, 0x60, 12 }, \
+    { 0x40003800, DEV_SPI, 2, 0, 1, 0x58, 14 }, \
+    { 0x40003c00, DEV_SPI, 3, 0, 1, 0x58, 15 }, \
     { ADC, DEV_ADC, 0, 18, 0, 0x4c, 13 }, \
     { (ADC) + 0x100, DEV_ADC, 1, 18, 0, 0x4c, 13 }, \
     { (ADC) + 0x300, DEV_ADC_COMMON, 0, 18, 0, 0x4c, 13 }, \
@@ -160,6 +176,12 @@ static const struct device_info h7_devices[] = {
     { 0x40004c00, DEV_USART, 4, 52, 1, 0xe8, 19 },
     { 0x40005000, DEV_USART, 5, 53, 1, 0xe8, 20 },
     { 0x40011400, DEV_USART, 6, 71, 2, 0xf0, 5 },
+    { 0x40013000, DEV_SPI, 1, 0, 2, 0xf0, 12 },
+    { 0x40003800, DEV_SPI, 2, 0, 1, 0xe8, 14 },
+    { 0x40003c00, DEV_SPI, 3, 0, 1, 0xe8, 15 },
+    { 0x40013400, DEV_SPI, 4, 0, 2, 0xf0, 13 },
+    { 0x40015000, DEV_SPI, 5, 0, 2, 0xf0, 20 },
+    { 0x58001400, DEV_SPI, 6, 0, 2, 0xf4, 5 },
     { 0x40022000, DEV_ADC, 0, 18, 0, 0xd8, 5 },
     { 0x40022300, DEV_ADC_COMMON, 0, 18, 0, 0xd8, 5 },
     { 0x58026000, DEV_ADC, 1, 127, 0, 0xe0, 24 },

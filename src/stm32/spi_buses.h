@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * SPI buses by the names that configs use, and SPI_BUSES(X):
+ * X(number of the peripheral, miso, mosi, sclk, function or remap).
+ * Included once, by spi.c.
+ */
+#define SPI2_B X(2, GPIO('B', 14), GPIO('B', 15), GPIO('B', 13), SPI_AF)
+#define SPI1_A X(1, GPIO('A', 6), GPIO('A', 7), GPIO('A', 5), SPI_AF)
+#define SPI1_B X(1, GPIO('B', 4), GPIO('B', 5), GPIO('B', 3), SPI1_B_AF)
+#define SPI2_C X(2, GPIO('C', 2), GPIO('C', 3), GPIO('B', 10), SPI_AF)
+#define SPI3_B X(3, GPIO('B', 4), GPIO('B', 5), GPIO('B', 3), SPI3_AF)
+#define SPI3_C X(3, GPIO('C', 11), GPIO('C', 12), GPIO('C', 10), SPI3_AF)
+#define SPI4_E X(4, GPIO('E', 13), GPIO('E', 14), GPIO('E', 12), SPI_AF)
+#define SPI5_F X(5, GPIO('F', 8), GPIO('F', 9), GPIO('F', 7), SPI_AF)
+#define SPI5_H X(5, GPIO('H', 7), GPIO('F', 11), GPIO('H', 6), SPI_AF)
+#define SPI6_G X(6, GPIO('G', 12), GPIO('G', 14), GPIO('G', 13), SPI_AF)
+#define SPI2_I X(2, GPIO('I', 2), GPIO('I', 3), GPIO('I', 1), SPI_AF)
+
+#if CONFIG_MACH_STM32F1
+/* SPI1_REMAP of AFIO_MAPR, or none */
+#define SPI_AF 0
+#define SPI1_B_AF 1
+#define SPI3_AF 0
+#elif CONFIG_MACH_STM32F0 || CONFIG_MACH_STM32G0
+#define SPI_AF 0
+#define SPI1_B_AF 0
+#else
+#define SPI_AF 5
+#define SPI1_B_AF 5
+#define SPI3_AF 6
+#endif
+
+DECL_ENUMERATION("spi_bus", "spi2", 0);
+DECL_CONSTANT_STR("BUS_PINS_spi2", "PB14,PB15,PB13");
+DECL_ENUMERATION("spi_bus", "spi1", 1);
+DECL_CONSTANT_STR("BUS_PINS_spi1", "PA6,PA7,PA5");
+DECL_ENUMERATION("spi_bus", "spi1a", 2);
+DECL_CONSTANT_STR("BUS_PINS_spi1a", "PB4,PB5,PB3");
+
+#if !CONFIG_MACH_STM32H7
+DECL_ENUMERATION("spi_bus", "spi2_PB14_PB15_PB13", 0);
+DECL_CONSTANT_STR("BUS_PINS_spi2_PB14_PB15_PB13", "PB14,PB15,PB13");
+DECL_ENUMERATION("spi_bus", "spi1_PA6_PA7_PA5", 1);
+DECL_CONSTANT_STR("BUS_PINS_spi1_PA6_PA7_PA5", "PA6,PA7,PA5");
+DECL_ENUMERATION("spi_bus", "spi1_PB4_PB5_PB3", 2);
+DECL_CONSTANT_STR("BUS_PINS_spi1_PB4_PB5_PB3", "PB4,PB5,PB3");
+#endif
+
+#if CONFIG_STM32_F2F4F7 || CONFIG_MACH_STM32L4 || CONFIG_MACH_STM32H7
+DECL_ENUMERATION("spi_bus", "spi2a", 3);
+DECL_CONSTANT_STR("BUS_PINS_spi2a", "PC2,PC3,PB10");
+#define SPI_THIRD SPI2_C
+#else
+#define SPI_THIRD X(0, 0, 0, 0, 0)
+#endif
+#if (CONFIG_STM32_F2F4F7 || CONFIG_MACH_STM32L4)
+DECL_ENUMERATION("spi_bus", "spi2_PC2_PC3_PB10", 3);
+DECL_CONSTANT_STR("BUS_PINS_spi2_PC2_PC3_PB10", "PC2,PC3,PB10");
+#endif
+
+#if CONFIG_MACH_STM32H7
+DECL_ENUMERATION("spi_bus", "spi3a", 4);
+DECL_CONSTANT_STR("BUS_PINS_spi3a", "PC11,PC12,PC10");
+DECL_ENUMERATION("spi_bus", "spi4", 5);
+DECL_CONSTANT_STR("BUS_PINS_spi4", "PE13,PE14,PE12");
+DECL_ENUMERATION("spi_bus", "spi5", 6);
+DECL_CONSTANT_STR("BUS_PINS_spi5", "PF8,PF9,PF7");
+DECL_ENUMERATION("spi_bus", "spi5a", 7);
+DECL_CONSTANT_STR("BUS_PINS_spi5a", "PH7,PF11,PH6");
+DECL_ENUMERATION("spi_bus", "spi6", 8);
+DECL_CONSTANT_STR("BUS_PINS_spi6", "PG12,PG14,PG13");
+#if CONFIG_MACH_STM32H723
+#define SPI_REST SPI3_C SPI4_E SPI5_F SPI5_H SPI6_G
+#else
+DECL_ENUMERATION("spi_bus", "spi2b", 9);
+DECL_CONSTANT_STR("BUS_PINS_spi2b", "PI2,PI3,PI1");
+#define SPI_REST SPI3_C SPI4_E SPI5_F SPI5_H SPI6_G SPI2_I
+#endif
+#elif CONFIG_MACH_STM32F0 || CONFIG_MACH_STM32G0 || CONFIG_MACH_STM32L4
+#define SPI_REST
+#else
+DECL_ENUMERATION("spi_bus", "spi3", 4);
+DECL_ENUMERATION("spi_bus", "spi3_PB4_PB5_PB3", 4);
+DECL_CONSTANT_STR("BUS_PINS_spi3", "PB4,PB5,PB3");
+DECL_CONSTANT_STR("BUS_PINS_spi3_PB4_PB5_PB3", "PB4,PB5,PB3");
+#if CONFIG_MACH_STM32F1
+#define SPI_REST SPI3_B
+#else
+DECL_ENUMERATION("spi_bus", "spi3a", 5);
+DECL_ENUMERATION("spi_bus", "spi3_PC11_PC12_PC10", 5);
+DECL_CONSTANT_STR("BUS_PINS_spi3a", "PC11,PC12,PC10");
+DECL_CONSTANT_STR("BUS_PINS_spi3_PC11_PC12_PC10", "PC11,PC12,PC10");
+#if CONFIG_MACH_STM32F401 || CONFIG_MACH_STM32F446 || CONFIG_MACH_STM32F429 \
+    || CONFIG_MACH_STM32F765
+DECL_ENUMERATION("spi_bus", "spi4", 6);
+DECL_ENUMERATION("spi_bus", "spi4_PE13_PE14_PE12", 6);
+DECL_CONSTANT_STR("BUS_PINS_spi4", "PE13,PE14,PE12");
+DECL_CONSTANT_STR("BUS_PINS_spi4_PE13_PE14_PE12", "PE13,PE14,PE12");
+#define SPI_REST SPI3_B SPI3_C SPI4_E
+#elif CONFIG_MACH_STM32F2 || CONFIG_MACH_STM32F405 || CONFIG_MACH_STM32F407
+DECL_ENUMERATION("spi_bus", "spi2b", 6);
+DECL_ENUMERATION("spi_bus", "spi2_PI2_PI3_PI1", 6);
+DECL_CONSTANT_STR("BUS_PINS_spi2b", "PI2,PI3,PI1");
+DECL_CONSTANT_STR("BUS_PINS_spi2_PI2_PI3_PI1", "PI2,PI3,PI1");
+#define SPI_REST SPI3_B SPI3_C SPI2_I
+#else
+#define SPI_REST SPI3_B SPI3_C
+#endif
+#endif
+#endif
+
+#define SPI_BUSES SPI2_B SPI1_A SPI1_B SPI_THIRD SPI_REST
+
+/* What a peripheral divides */
+#if CONFIG_MACH_STM32H7
+#define SPI_HZ(N) ((N) <= 3 ? 64000000u : CONFIG_CLOCK_FREQ / 4u)
+#elif CONFIG_MACH_STM32F1 || CONFIG_MACH_STM32F401
+#define SPI_HZ(N) \
+    (CONFIG_CLOCK_FREQ / ((N) == 2 || (N) == 3 ? 2u : 1u))
+#elif CONFIG_STM32_F2F4F7
+#define SPI_HZ(N) \
+    (CONFIG_CLOCK_FREQ / ((N) == 2 || (N) == 3 ? 4u : 2u))
+#else
+#define SPI_HZ(N) ((uint32_t)CONFIG_CLOCK_FREQ)
+#endif
