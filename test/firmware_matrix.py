@@ -4,6 +4,7 @@
 Builds go to out/matrix/<name>/, so that only what changed is built again.
 """
 
+import functools
 import json
 import os
 import pathlib
@@ -28,6 +29,7 @@ def find_prefix(name):
     return prefix if shutil.which(prefix + "gcc") else None
 
 
+@functools.cache
 def build(name, options=(), folder=None):
     """Folder with the built firmware of a configuration and more options."""
     out = folder or ROOT / "out" / "matrix" / name

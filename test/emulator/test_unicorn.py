@@ -151,6 +151,28 @@ def test_analog_input(chip, make_board):
     assert len(reports) >= 2 and value == 4 * (0x5678 >> 4)
 
 
+@pytest.mark.parametrize("chip", [
+    "stm32f070", "stm32f072", "stm32f103", "stm32f401", "stm32f407", "stm32g0b1",
+    "stm32g431", "stm32h743", "stm32l412"])
+@pytest.mark.parametrize("cycle_time", [0.00005, 0.1])
+def test_hardware_pwm(chip, cycle_time, make_board):
+    board = make_board(chip)
+    pin, cycle = board.find_pin("PB8"), round(cycle_time * board.freq)
+    top = board.dictionary["config"]["PWM_MAX"]
+    board.configure(("config_pwm_out", dict(
+        oid=5, pin=pin, cycle_ticks=cycle, value=0, default_value=top,
+        max_duration=0)))
+    for value in (top // 4, top, 0):
+        board.send("queue_pwm_out", oid=5, value=value,
+                   clock=(board.clock + board.freq // 20) % 2**32)
+        board.run_for(0.1)
+        _, at, ticks, on, whole = board.pwm[-1]
+        assert at == pin and ticks == pytest.approx(cycle, rel=0.01)
+        assert on / whole == pytest.approx(value / top, abs=0.001)
+    board.send("emergency_stop")
+    assert board.pwm[-1][3] == board.pwm[-1][4]
+
+
 @pytest.mark.parametrize("chip", ["stm32f072", "stm32f103", "stm32f407",
                                   "stm32f765", "stm32g431", "stm32h743"])
 def test_spi_bus(chip, make_board):
@@ -236,7 +258,7 @@ def test_other_crystals(chip, crystals, make_board, tmp_path):
     for mhz in crystals:
         name = "%dM" % (mhz,) if mhz else "INTERNAL"
         out = firmware_matrix.build(
-            chip, ["LOW_LEVEL_OPTIONS=y", "STM32_CLOCK_REF_%s=y" % (name,), *SMALL],
+            chip, ("LOW_LEVEL_OPTIONS=y", "STM32_CLOCK_REF_%s=y" % (name,), *SMALL),
             tmp_path / chip)
         assert firmware_matrix.read_options(out)["STM32_CLOCK_REF_" + name] == "y"
         board = make_board(chip, out, mhz * 1000000)

@@ -49,6 +49,12 @@ struct device {
     uint32_t out, driven;
 };
 
+/* A pin that a timer's channel can drive. */
+struct pwm_info {
+    uint8_t pin, timer, channel, function;
+};
+enum { MAX_PWM = 8 };
+
 enum line { LINE_F1, LINE_F2F4F7, LINE_F0, LINE_G0, LINE_G4, LINE_L4,
             LINE_H7 };
 
@@ -63,6 +69,7 @@ struct chip_model {
     const struct device_info *devices;
     /* channel of the converter of a pin; -1 none */
     int (*adc_pin)(uint8_t unit, uint8_t channel);
+    const struct pwm_info *pwm; /* ends with timer 0 */
 };
 
 const struct chip_model *unicorn_find_model(const char *name);
@@ -86,6 +93,7 @@ struct chip {
     /* peripherals */
     struct device devices[MAX_DEVICES];
     uint32_t n_devices;
+    uint32_t pwm_told[MAX_PWM][3]; /* cycle, value, max */
     struct device *rcc, *flash_ctrl, *pwr, *syscfg, *console;
     uint32_t core_hz, bus_hz[3];
     /* statistics */

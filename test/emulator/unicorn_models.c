@@ -10,6 +10,19 @@
 #define GPIO_AT(BASE, N, OFFSET, BIT) \
     { (BASE) + 0x400 * (N), DEV_GPIO, N, 0, 0, OFFSET, BIT }
 
+#define PB(BIT) (16 + (BIT))
+
+static const struct pwm_info tim4_pwm[] = {
+    { PB(6), 4, 0, 2 }, { PB(7), 4, 1, 2 }, { PB(8), 4, 2, 2 },
+    { PB(9), 4, 3, 2 }, { 0, 0, 0, 0 },
+};
+static const struct pwm_info tim16_pwm[] = {
+    { PB(8), 16, 0, 2 }, { PB(9), 17, 0, 2 }, { 0, 0, 0, 0 },
+};
+static const struct pwm_info l4_pwm[] = {
+    { PB(8), 16, 0, 14 }, { 0, 0, 0, 0 },
+};
+
 static const struct device_info f1_devices[] = {
     GPIO_AT(0x40010800, 0, 0x18, 2), GPIO_AT(0x40010800, 1, 0x18, 3),
     GPIO_AT(0x40010800, 2, 0x18, 4), GPIO_AT(0x40010800, 3, 0x18, 5),
@@ -272,14 +285,14 @@ sixteen_channels(uint8_t unit, uint8_t channel)
 
 #define F4_MODEL(NAME, FLASH, RAM, HZ) \
     { NAME, UC_CPU_ARM_CORTEX_M4, LINE_F2F4F7, FLASH, 0x20000000, RAM, HZ, \
-      16000000, true, false, 1, 0, f4_devices, sixteen_channels }
+      16000000, true, false, 1, 0, f4_devices, sixteen_channels, tim4_pwm }
 
 #define F0_MODEL(NAME, FLASH, RAM, TIMER) \
     { NAME, UC_CPU_ARM_CORTEX_M0, LINE_F0, FLASH, 0x20000000, RAM, 48000000, \
-      8000000, true, true, 2, TIMER, f0_devices, sixteen_channels }
+      8000000, true, true, 2, TIMER, f0_devices, sixteen_channels, tim16_pwm }
 #define G0_MODEL(NAME, RAM, TIMER) \
     { NAME, UC_CPU_ARM_CORTEX_M0, LINE_G0, 0x20000, 0x20000000, RAM, \
-      64000000, 16000000, true, true, 2, TIMER, g0_devices, g0_channels }
+      64000000, 16000000, true, true, 2, TIMER, g0_devices, g0_channels, tim16_pwm }
 
 static const struct chip_model models[] = {
     F0_MODEL("stm32f031", 0x8000, 0x1000, 2),
@@ -291,7 +304,8 @@ static const struct chip_model models[] = {
     G0_MODEL("stm32g071", 0x9000, 2),
     G0_MODEL("stm32g0b1", 0x24000, 2),
     { "stm32f103", UC_CPU_ARM_CORTEX_M3, LINE_F1, 0x10000, 0x20000000, 0x5000,
-      72000000, 8000000, false, false, 1, 0, f1_devices, sixteen_channels },
+      72000000, 8000000, false, false, 1, 0, f1_devices, sixteen_channels,
+      tim4_pwm },
     F4_MODEL("stm32f401", 0x40000, 0x10000, 84000000),
     F4_MODEL("stm32f405", 0x100000, 0x20000, 168000000),
     F4_MODEL("stm32f407", 0x80000, 0x20000, 168000000),
@@ -299,22 +313,28 @@ static const struct chip_model models[] = {
     F4_MODEL("stm32f446", 0x80000, 0x20000, 180000000),
     { "stm32f207", UC_CPU_ARM_CORTEX_M3, LINE_F2F4F7, 0x100000, 0x20000000,
       0x20000, 120000000, 16000000, true, false, 1, 0, f4_devices,
-      sixteen_channels },
+      sixteen_channels, tim4_pwm },
     { "stm32f765", UC_CPU_ARM_CORTEX_M7, LINE_F2F4F7, 0x200000, 0x20000000,
       0x20000, 216000000, 16000000, true, true, 1, 0, f4_devices,
-      sixteen_channels },
+      sixteen_channels, tim4_pwm },
     { "stm32g431", UC_CPU_ARM_CORTEX_M4, LINE_G4, 0x20000, 0x20000000, 0x8000,
-      170000000, 16000000, true, true, 3, 0, g4_devices, g4_channels },
+      170000000, 16000000, true, true, 3, 0, g4_devices, g4_channels,
+      tim4_pwm },
     { "stm32g474", UC_CPU_ARM_CORTEX_M4, LINE_G4, 0x80000, 0x20000000,
-      0x20000, 170000000, 16000000, true, true, 3, 0, g4_devices, g4_channels },
+      0x20000, 170000000, 16000000, true, true, 3, 0, g4_devices, g4_channels,
+      tim4_pwm },
     { "stm32l412", UC_CPU_ARM_CORTEX_M4, LINE_L4, 0x20000, 0x20000000, 0xa000,
-      80000000, 16000000, true, true, 3, 0, l4_devices, l4_channels },
+      80000000, 16000000, true, true, 3, 0, l4_devices, l4_channels,
+      l4_pwm },
     { "stm32h743", UC_CPU_ARM_CORTEX_M7, LINE_H7, 0x200000, 0x20000000,
-      0x20000, 400000000, 64000000, true, true, 3, 0, h7_devices, h7_channels },
+      0x20000, 400000000, 64000000, true, true, 3, 0, h7_devices, h7_channels,
+      tim4_pwm },
     { "stm32h750", UC_CPU_ARM_CORTEX_M7, LINE_H7, 0x20000, 0x20000000,
-      0x20000, 400000000, 64000000, true, true, 3, 0, h7_devices, h7_channels },
+      0x20000, 400000000, 64000000, true, true, 3, 0, h7_devices, h7_channels,
+      tim4_pwm },
     { "stm32h723", UC_CPU_ARM_CORTEX_M7, LINE_H7, 0x100000, 0x20000000,
-      0x20000, 520000000, 64000000, true, true, 3, 0, h7_devices, h7_channels },
+      0x20000, 520000000, 64000000, true, true, 3, 0, h7_devices, h7_channels,
+      tim4_pwm },
 };
 
 const struct chip_model *

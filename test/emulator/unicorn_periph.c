@@ -39,6 +39,65 @@ pin_mode(const struct device *d, uint32_t bit, int8_t *pull)
     return nibble ? 0 : 3;
 }
 
+static struct device *
+find_kind(enum device_kind kind, uint8_t index)
+{
+    uint32_t i;
+
+    for (i = 0; i < chip.n_devices; i++)
+        if (chip.devices[i].info->kind == kind
+            && chip.devices[i].info->index == index)
+            return &chip.devices[i];
+    return NULL;
+}
+
+/* Is this pin driven by its timer's channel? */
+static bool
+is_pwm_on(const struct pwm_info *pwm, const struct device *timer)
+{
+    const struct device *port = find_kind(DEV_GPIO, pwm->pin / 16);
+    uint32_t bit = pwm->pin % 16, channel = pwm->channel;
+    int8_t pull;
+
+    if (!port || !timer || pin_mode(port, bit, &pull) != 2)
+        return false;
+    if (chip.model->gpio_v2
+        && ((port->regs[8 + bit / 8] >> (4 * (bit % 8))) & 15) != pwm->function)
+        return false;
+    /* CEN, CCxE, OCxM of pwm mode 1; MOE of those with a break input */
+    if (timer->info->index >= 15 && !(timer->regs[17] & (1u << 15)))
+        return false;
+    return timer->regs[0] & 1 && timer->regs[8] & (1u << (4 * channel))
+        && ((timer->regs[6 + channel / 2] >> (8 * (channel % 2))) & 0x70)
+        == 0x60;
+}
+
+/* Registers of a timer or a pin have changed. */
+static void
+update_pwm(void)
+{
+    const struct pwm_info *pwm = chip.model->pwm;
+    uint32_t i;
+
+    for (i = 0; pwm[i].timer; i++) {
+        const struct device *timer = find_kind(DEV_TIM, pwm[i].timer);
+        uint32_t *told = chip.pwm_told[i], now[3], hz;
+
+        if (!is_pwm_on(&pwm[i], timer))
+            continue;
+        hz = chip.bus_hz[timer->info->bus];
+        now[0] = (timer->regs[10] + 1) * (timer->regs[11] + 1)
+            * (chip.core_hz / (hz < chip.core_hz ? 2 * hz : hz));
+        now[1] = timer->regs[13 + pwm[i].channel];
+        now[2] = timer->regs[11] + 1;
+        if (!memcmp(told, now, sizeof(now)))
+            continue;
+        memcpy(told, now, sizeof(now));
+        chip.host.pwm_out(chip.host.ctx, chip_now(), pwm[i].pin, now[0], now[1],
+                          now[2]);
+    }
+}
+
 /* Tell the world what outputs have changed. */
 static void
 update_outputs(struct device *d)
@@ -70,6 +129,7 @@ update_modes(struct device *d)
     /* a pin that begins to be driven had no level before */
     d->out = (d->out & was) | (~odr & d->driven & ~was);
     update_outputs(d);
+    update_pwm();
 }
 
 static uint32_t
@@ -483,6 +543,7 @@ timer_write(struct device *d, uint32_t word, uint32_t value)
     bool starts = word == TIM_CR1 && value & 1 && !(d->regs[TIM_CR1] & 1);
 
     d->regs[word] = value;
+    update_pwm();
     if (!starts)
         return;
     d->zero = chip.cycle;
