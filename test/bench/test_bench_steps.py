@@ -42,6 +42,12 @@ def make_extruder():
     return [kin], 1 / 400
 
 
+def make_curved_extruder():
+    kin = ExtruderKinematics()
+    kin.set_pressure_advance(0.0, 0.02, 0.04, model="tanh", offset=0.1, velocity=3.0)
+    return [kin], 1 / 400
+
+
 def add_long_moves(rig, speed):
     """60 moves of 100 mm that cruise most of their time."""
     t, position = 1.0, rig.start
@@ -104,6 +110,8 @@ CASES = {
     "corexy-short": (make_corexy, add_short_moves, 100.0),
     "delta-short": (make_delta, add_short_moves, 100.0),
     "extruder-short": (make_extruder, add_short_feed, 5.0),
+    "extruder-curved-long": (make_curved_extruder, add_feed, 5.0),
+    "extruder-curved-short": (make_curved_extruder, add_short_feed, 5.0),
 }
 
 
