@@ -146,6 +146,23 @@ def test_curved_pressure_advance(tmp_path, name):
     assert judge_model(tmp_path, *MODELS[name]) > 1000
 
 
+def test_a_second_drive_leads_in_its_own_way(tmp_path):
+    second = ("[extruder_stepper b]\nextruder: extruder\nstep_pin: PH0\ndir_pin: PH1\n"
+              "microsteps: 32\nrotation_distance: 20\npressure_advance: 0.1\n"
+              "pressure_advance_smooth_time: 0.06\n")
+    config = machine_configs.make_axes("cartesian", 0.05, machine_configs.BED + second)
+    job = write_moves(draw_points(6))
+    run = PrinterRun(config, tmp_path).run([PREPARE, job], 1)
+    judge = Judge(run, config, "G90\nM83\n" + job, run.snapshots[0], 0.06)
+    own = judge.config["extruder"], judge.config["extruder_stepper b"]
+    judge.motors[-1:] = [
+        judge._make_motor(name, lambda path, t, f=factor, s=smooth: path.extruder(
+            t, f, s), machines.step_distance(section))
+        for name, section, factor, smooth in (
+            ("extruder", own[0], 1., 0.04), ("extruder_stepper b", own[1], 2., 0.06))]
+    assert judge.check()["extruder_stepper b"] > 2000
+
+
 @pytest.mark.parametrize("wrong", [
     dict(offset=0.151), dict(velocity=2.02), dict(time_offset=0.001),
     dict(model="recipr")])

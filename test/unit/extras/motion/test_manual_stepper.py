@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+import itertools
 import math
+import random
 
 import motion_machine
 import pytest
@@ -262,3 +264,63 @@ def test_an_axis_has_no_moves_of_its_own(run):
                 it.send(MOVE + rest)
         assert math.isclose(position(it), 0.) and count(it, NAME) == 0
     run(body, ARM)
+
+
+def list_pieces(it):
+    """(start, end, speed there and here, accel, place at both ends) of the arm."""
+    trapq = it.printer.lookup_object(NAME).get_trapq()
+    pieces = []
+    for time, duration, v, a, x, _, _, r, _, _ in reversed(
+            trapq.extract_old(100000, 0., 1e9)):
+        if duration:
+            way = (v + 0.5 * a * duration) * duration
+            pieces.append((time, time + duration, r * v, r * (v + a * duration), abs(a),
+                           x, x + r * way))
+    return pieces
+
+
+@pytest.mark.parametrize("jump", [0., 1.5, 8.])
+def test_no_limit_of_the_axis_is_exceeded(run, jump):
+    """In every piece of a random walk, and between any two."""
+    def body(it):
+        draw = random.Random(11)
+        it.send(AXIS + "LIMIT_VELOCITY=12 LIMIT_ACCEL=150"
+                " INSTANTANEOUS_CORNER_VELOCITY=%g" % (jump,))
+        it.toolhead.wait_moves()
+        for _ in range(120):
+            it.send("G1 X%.3f Y%.3f A%.3f F%d" % (
+                50. + draw.uniform(0., 4.), 50. + draw.uniform(0., 4.),
+                draw.choice([0., draw.uniform(0., 3.)]), draw.choice([1200, 12000])))
+        it.toolhead.wait_moves()
+        pieces = list_pieces(it)
+        assert len(pieces) > 100
+        assert max(max(abs(p[2]), abs(p[3])) for p in pieces) <= 12. + 1e-6
+        assert 140. < max(p[4] for p in pieces) <= 150. + 1e-6
+        worst = 0.
+        for before, after in itertools.pairwise(pieces):
+            assert after[5] == pytest.approx(before[6], abs=1e-6)
+            if after[0] - before[1] < 1e-9:
+                worst = max(worst, abs(after[2] - before[3]))
+            else:           # it rests in between
+                worst = max(worst, abs(after[2]), abs(before[3]))
+        assert worst <= jump + 1e-6 and worst >= 0.5 * jump
+    run(body, ARM)
+
+
+def test_a_machine_of_extra_axes_alone(tmp_path, monkeypatch):
+    """Without kinematics: two motors, moved together by G1."""
+    def body(it):
+        it.send(MOVE + "GCODE_AXIS=A\nMANUAL_STEPPER STEPPER=free GCODE_AXIS=B")
+        assert spent(it, "G1 A20 B5 F600") == pytest.approx(20. / 10. + 10. / 200.)
+        it.send("G1 B10\nG91\nG1 A-5\nM400")
+        assert (count(it, NAME), count(it, "manual_stepper free")) == (1500, 1000)
+        assert it.get("toolhead")["position"][4:] == (15., 10.)
+    config = """
+[mcu]
+serial: /dev/none
+[printer]
+kinematics: none
+max_velocity: 100
+max_accel: 1000
+"""
+    motion_machine.make_run(tmp_path, monkeypatch, config)(body, ARM + FREE)
