@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """[z_thermal_adjust]: follows in z how a frame grows with its temperature.
 
+Sections [z_thermal_adjust <name>] are for more parts that grow; all add up.
+
 The head goes down by temp_coeff mm a degC that the frame is warmer than when z
 was homed.  Every move takes the adjustment of its time along.  Until z is
 homed, or a temperature is given, there is nothing to compare with.
@@ -43,7 +45,7 @@ class ZThermalAdjust:
     """
 
     def __init__(self, config):
-        self.printer = config.get_printer()
+        self.printer, self.name = config.get_printer(), config.get_name()
         self.temp_coeff = config.getfloat("temp_coeff", 0., minval=-1., maxval=1.)
         self.off_above = config.getfloat("z_adjust_off_above", NO_LIMIT)
         self.max_adjust = config.getfloat("max_z_adjustment", NO_LIMIT)
@@ -69,9 +71,9 @@ class ZThermalAdjust:
         register("klippy:connect", self._handle_connect)
         register("homing:home_rails_end", self._handle_home_rails_end)
         register("stepper_enable:motor_off", self._handle_motor_off)
-        self.printer.lookup_object("gcode").register_command(
-            "SET_Z_THERMAL_ADJUST", self.cmd_SET_Z_THERMAL_ADJUST,
-            desc=self.cmd_SET_Z_THERMAL_ADJUST_help)
+        self.printer.lookup_object("gcode").register_mux_command(
+            "SET_Z_THERMAL_ADJUST", "COMPONENT", self.name.partition(" ")[2] or None,
+            self.cmd_SET_Z_THERMAL_ADJUST, desc=self.cmd_SET_Z_THERMAL_ADJUST_help)
 
     def get_temp(self, eventtime):
         """(smoothed reading in degC, 0: it has no target)."""
@@ -79,8 +81,8 @@ class ZThermalAdjust:
 
     def stats(self, eventtime):
         """(is active, line for the log)."""
-        return False, "z_thermal_adjust: temp=%.1f z=%.4f" % (
-            self.readings.mean, self.z_adjust)
+        return False, "%s: temp=%.1f z=%.4f" % (
+            self.name, self.readings.mean, self.z_adjust)
 
     def get_status(self, eventtime):
         low, high = self.readings.extremes
@@ -153,3 +155,6 @@ class ZThermalAdjust:
 
 def load_config(config):
     return ZThermalAdjust(config)
+
+
+load_config_prefix = load_config

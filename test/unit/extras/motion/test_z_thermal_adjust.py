@@ -29,8 +29,8 @@ def run(tmp_path, monkeypatch):
 
 def heat(it, temperature):
     """The frame gets warm or cold, and stays so."""
-    frame, = [analog for analog in it.machine.thermal.inputs if analog.heater is None]
-    frame.ambient = temperature
+    for analog in it.machine.thermal.inputs:
+        analog.ambient = temperature
     it.pause(20.)
 
 
@@ -142,3 +142,19 @@ def test_is_a_sensor_like_others(run):
             "temperature", "measured_min_temp", "measured_max_temp",
             "current_z_adjust", "z_adjust_ref_temperature", "enabled"}
     run(body, FRAME)
+
+
+def test_parts_add_up(run):
+    def body(it):
+        it.pause(5.)
+        it.send(START)
+        heat(it, 45.)
+        it.send("G1 X60")
+        assert true_z(it) == pytest.approx(5. - 0.2 + 0.1, abs=Z_ERROR)
+        it.send("SET_Z_THERMAL_ADJUST COMPONENT=bed REF_TEMP=45\n"
+                "SET_Z_THERMAL_ADJUST ENABLE=0\nG1 X50")
+        assert true_z(it) == pytest.approx(5. - 0.2, abs=Z_ERROR)
+        assert it.get("z_thermal_adjust bed")["z_adjust_ref_temperature"] == 45.
+        it.send("TEMPERATURE_WAIT SENSOR='z_thermal_adjust bed' MINIMUM=20")
+    run(body, FRAME + FRAME.replace("adjust]", "adjust bed]").replace(
+        "0.01", "-0.005").replace("PK6", "PK7").replace("gcode_id: F", ""))
