@@ -8,6 +8,7 @@ that do not start with a sub-command are those of `run`.
 
 import argparse
 import importlib
+import os
 import pkgutil
 import sys
 
@@ -45,6 +46,13 @@ def print_help():
     print("       klippy --version\n")
     for name, module in list_commands():
         print("  %-10s %s" % (name, read_help(module)))
+
+
+def forget_stdout():
+    """Nobody reads the output any more (as with `| head`): write to nowhere."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
 
 
 def main(argv=None):

@@ -4,6 +4,7 @@
 import sys
 
 from klippy import msgproto
+from klippy.cli import forget_stdout
 from klippy_ext import msgblock
 
 HELP = "decode the output of batch mode to text"
@@ -22,17 +23,56 @@ def read_blocks(source):
         yield from blocks
 
 
-def dump_file(source, parser, output, show_sequence=False):
-    """Write the commands of source as text; returns the count of bad bytes."""
-    blocks = read_blocks(source)
-    while True:
+def format_payload(parser, payload):
+    """(text of each message, count of those that cannot be read)."""
+    lines, position, bad = [], 0, 0
+    while position < len(payload):
+        params = {}
         try:
-            sequence, payload = next(blocks)
-        except StopIteration as end:
-            return end.value
-        for line in parser.dump_payload(payload):
-            output.write("seq %x: %s\n" % (sequence, line) if show_sequence
-                         else line + "\n")
+            end = parser.decode_message(payload, position, params)
+        except msgproto.error:
+            # the next one's start is not known either
+            end = len(payload)
+            params = {"#name": "#unknown", "#msg": payload[position:]}
+        bad += params["#name"] == "#unknown"
+        lines.append(parser.format_params(params))
+        position = end
+    return lines, bad
+
+
+class Dump:
+    """Writes the commands of a file as text and counts what is wrong with it."""
+
+    def __init__(self, parser, output, show_sequence=False):
+        self.parser, self.output = parser, output
+        self.show_sequence = show_sequence
+        self.bad_bytes = self.bad_messages = 0
+
+    def write_file(self, source):
+        """Dump all blocks of a binary file."""
+        blocks = read_blocks(source)
+        while True:
+            try:
+                sequence, payload = next(blocks)
+            except StopIteration as end:
+                self.bad_bytes += end.value
+                return
+            lines, bad = format_payload(self.parser, payload)
+            self.bad_messages += bad
+            prefix = "seq %x: " % (sequence,) if self.show_sequence else ""
+            for line in lines:
+                self.output.write(prefix + line + "\n")
+
+    def list_faults(self):
+        """Texts of what was wrong; empty if nothing was."""
+        faults = []
+        if self.bad_bytes:
+            faults.append("%d bytes are no part of a block" % (self.bad_bytes,))
+        if self.bad_messages:
+            faults.append("%d blocks hold messages that the dictionary does not"
+                          " explain: was the file made with another dictionary?"
+                          % (self.bad_messages,))
+        return faults
 
 
 def read_dictionary(path):
@@ -55,13 +95,17 @@ def add_arguments(parser):
 def run(options):
     """Carry out a parsed command line; returns the exit status."""
     try:
-        parser = read_dictionary(options.dict)
+        dump = Dump(read_dictionary(options.dict), sys.stdout, options.seq)
         with open(options.file, "rb") as source:
-            bad = dump_file(source, parser, sys.stdout, options.seq)
+            dump.write_file(source)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        forget_stdout()
+        return 1
     except (OSError, msgproto.error) as err:
         sys.stderr.write("klippy dump: %s\n" % (err,))
         return 1
-    if bad:
-        sys.stderr.write("klippy dump: %d bytes are no part of a block\n" % (bad,))
-        return 1
-    return 0
+    faults = dump.list_faults()
+    for fault in faults:
+        sys.stderr.write("klippy dump: %s\n" % (fault,))
+    return 1 if faults else 0

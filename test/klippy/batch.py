@@ -34,9 +34,10 @@ def run_batch(config, job, dictionary, folder):
 def read_lines(output, dictionary):
     """Commands of an output file as text."""
     text = io.StringIO()
+    dumper = dump.Dump(dump.read_dictionary(str(dictionary)), text)
     with open(output, "rb") as source:
-        bad = dump.dump_file(source, dump.read_dictionary(str(dictionary)), text)
-    assert bad == 0
+        dumper.write_file(source)
+    assert not dumper.list_faults()
     return text.getvalue().splitlines()
 
 
