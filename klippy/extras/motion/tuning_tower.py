@@ -67,7 +67,8 @@ class TuningTower:
     def move(self, newpos, speed):
         """Pass a move on, after the command if it is due."""
         target = self.next_transform
-        if self._is_laying_down(newpos) and newpos[2] != self.last_z:
+        if (self.tower is not None and newpos[2] != self.last_z
+                and self._is_laying_down(newpos)):
             self._note_height(newpos[2])
         self.last_position = list(newpos)
         target.move(newpos, speed)
@@ -100,14 +101,18 @@ class TuningTower:
         joint = "%s %s" if self.gcode.is_traditional_gcode(command) else "%s %s="
         self.command = joint % (command, parameter)
         self.tower, self.last_z, self.last_value = tower, None, None
-        self.next_transform = self.gcode_move.set_move_transform(self, force=True)
+        if self.next_transform is None:
+            self.next_transform = self.gcode_move.set_move_transform(self, force=True)
         self.get_position()
 
     def end(self):
         """Let the parameter be."""
         self.gcode.respond_info("Ending tuning test mode")
-        self.gcode_move.set_move_transform(self.next_transform, force=True)
-        self.tower = self.next_transform = None
+        self.tower = None
+        # else others rely on the place it has among the transforms
+        if self.gcode_move.move_transform is self:
+            self.gcode_move.set_move_transform(self.next_transform, force=True)
+            self.next_transform = None
 
     cmd_TUNING_TOWER_help = "Change a parameter of a command with the height"
 

@@ -98,3 +98,34 @@ def test_wrong_parameters(run, options, message):
             it.send("TUNING_TOWER COMMAND=M204 PARAMETER=S " + options)
         assert not it.printer.lookup_object("tuning_tower").is_active()
     run(body)
+
+
+class Lift:
+    """A transform that takes its place before the tower."""
+    def __init__(self, gcode_move):
+        self.next = gcode_move.set_move_transform(self, force=True)
+
+    def get_position(self):
+        position = list(self.next.get_position())
+        position[2] -= 1.
+        return position
+
+    def move(self, newpos, speed):
+        self.next.move([*newpos[:2], newpos[2] + 1., *newpos[3:]], speed)
+
+
+def test_transforms_that_came_later_stay(run):
+    def body(it):
+        start = ("TUNING_TOWER COMMAND=SET_PRESSURE_ADVANCE PARAMETER=ADVANCE"
+                 " FACTOR=0.01")
+        it.send(START + start)
+        Lift(it.printer.lookup_object("gcode_move"))
+        it.send("G91\nG90\nG1 Z6\nG1 X60 E0.2")
+        assert advance(it) == pytest.approx(0.06)
+        it.send("G1 Z2\nG1 X50 E0.2\nG1 Z9\nG1 X60 E0.2")
+        assert "// Ending tuning test mode" in it.output
+        assert advance(it) == pytest.approx(0.06)
+        assert it.toolhead.get_position()[2] == 10.
+        it.send(start + "\nG1 X50 E0.2")
+        assert advance(it) == pytest.approx(0.09)
+    run(body)
