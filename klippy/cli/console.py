@@ -3,9 +3,11 @@
 
 import logging
 import os
+import re
 import shlex
 import sys
 
+from klippy.cli import forget_stdout
 from klippy.errors import PrinterError
 
 HELP = "talk to one micro-controller directly"
@@ -20,6 +22,8 @@ In a value, {name} stands for what SET gave, {clock} and {freq} for the clock.
   LIST                      list the commands and constants of the mcu
   HELP, QUIT
 """
+NAME = re.compile(r"\{([^{}]*)\}")
+LATE_ANSWERS = 0.5          # s for which answers are shown after the input's end
 
 
 class Console:
@@ -30,6 +34,7 @@ class Console:
         self.output = output
         self.names = {}
         self.rest = b""
+        self.is_lost = False
         self.suppressed = {("clock", None), ("stats", None)}
         self.actions = {
             "HELP": self._cmd_help, "LIST": self._cmd_list, "SET": self._cmd_set,
@@ -40,13 +45,19 @@ class Console:
     def start(self):
         """Show all that the mcu sends from now on."""
         self.serial.set_default_handler(self._show)
+        self.sync.set_lost_callback(self._note_lost)
         version, build = self.serial.get_msgparser().get_version_info()
         self.write("Connected to %s (%s). HELP lists the commands." % (version, build))
 
     def write(self, text):
-        """Show a line."""
-        self.output.write(text + "\n")
-        self.output.flush()
+        """Show a line, from any thread; the session ends if nobody reads."""
+        try:
+            self.output.write(text + "\n")
+            self.output.flush()
+        except BrokenPipeError:
+            forget_stdout()
+            self.reactor.register_async_callback(
+                lambda eventtime: self.reactor.end())
 
     def _show(self, params):
         name = params["#name"]
@@ -55,13 +66,16 @@ class Console:
         self.write("%11.6f: %s" % (
             params["#receive_time"], self.serial.get_msgparser().format_params(params)))
 
+    def _note_lost(self):
+        """The mcu answers no longer: told once."""
+        if not self.is_lost:
+            self.write("The micro-controller answers no longer")
+        self.is_lost = True
+
     def handle_input(self, data):
         """Take in typed bytes; b'' is the end of the input."""
-        if not data:
-            self.reactor.end()
-            return
         lines = (self.rest + data).split(b"\n")
-        self.rest = lines.pop()
+        self.rest = lines.pop() if data else b""
         for line in lines:
             self.run_line(line.decode(errors="replace").strip())
 
@@ -78,15 +92,22 @@ class Console:
                 self.serial.send(" ".join(words))
         except PrinterError as err:
             self.write("Error: %s" % (err,))
-        except (ValueError, IndexError, KeyError) as err:
+        except (ValueError, OverflowError, IndexError) as err:
             self.write("Error: '%s' cannot be used: %s (HELP lists the commands)"
                        % (line, err))
 
     def _fill_in(self, line):
-        if "{" not in line:
-            return line
+        """The line with the values of the {name}s in it.  Raises ValueError."""
         clock = self.sync.get_clock(self.reactor.monotonic())
-        return line.format(clock=clock, freq=int(self.sync.mcu_freq), **self.names)
+        values = {"clock": clock, "freq": int(self.sync.mcu_freq), **self.names}
+
+        def get_value(match):
+            name = match[1].strip()
+            if name not in values:
+                raise ValueError("there is no value '%s', only %s" % (
+                    name, ", ".join(sorted(values))))
+            return str(values[name])
+        return NAME.sub(get_value, line)
 
     def _cmd_help(self, words):
         self.write(TEXT.rstrip())
@@ -99,14 +120,17 @@ class Console:
             self.write("constant %s = %s" % (name, value))
 
     def _cmd_set(self, words):
-        self.names[words[0]] = words[1]
+        name, value = take_words(words, "SET <name> <value>")
+        self.names[name] = value
 
     def _cmd_delay(self, words):
-        self.serial.send(" ".join(words[1:]), minclock=int(float(words[0])))
+        clock, *command = take_words(words, "DELAY <clock> <command>", True)
+        self.serial.send(" ".join(command), minclock=int(float(clock)))
 
     def _cmd_flood(self, words):
-        count, period = int(words[0]), float(words[1])
-        ticks = int(period * self.sync.mcu_freq)
+        count, period, *_ = take_words(
+            words, "FLOOD <count> <seconds> <command>", True)
+        count, ticks = int(count), int(float(period) * self.sync.mcu_freq)
         first = self.sync.get_clock(self.reactor.monotonic()) + int(
             0.2 * self.sync.mcu_freq)
         for i in range(count):
@@ -119,10 +143,23 @@ class Console:
         self.write(self.sync.dump_debug())
 
     def _cmd_suppress(self, words):
+        if not words:
+            raise ValueError("the form is SUPPRESS <message> [oid]")
         self.suppressed.add((words[0], int(words[1]) if len(words) > 1 else None))
 
     def _cmd_quit(self, words):
         self.reactor.end()
+
+
+def take_words(words, form, is_open=False):
+    """The words.  Raises ValueError if there are not as many as the form has.
+
+    is_open: there may be more.
+    """
+    count = form.count("<")
+    if len(words) < count or (len(words) > count and not is_open):
+        raise ValueError("the form is %s" % (form,))
+    return words
 
 
 def add_arguments(parser):
@@ -203,9 +240,12 @@ def watch_input(host_reactor, console):
 
     def read(eventtime):
         data = os.read(fd, 4096)
-        if not data:
-            host_reactor.unregister_fd(handler)
-            host_reactor.pause(host_reactor.monotonic() + 0.5)
-        console.handle_input(data)
+        if data:
+            console.handle_input(data)
+            return
+        host_reactor.unregister_fd(handler)
+        console.handle_input(b"")
+        host_reactor.pause(host_reactor.monotonic() + LATE_ANSWERS)
+        host_reactor.end()
 
     handler = host_reactor.register_fd(fd, read)
