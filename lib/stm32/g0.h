@@ -32,6 +32,7 @@ struct rcc_regs {
 #define RCC_GATE_APB2(BIT) STM32_GATE(0x40, BIT)
 
 #define FLASH_ACR (*(volatile uint32_t *)0x40022000)
+#define FLASH_ACR_LATENCY 7u
 #define FLASH_ACR_PRFTEN (1u << 8)
 #define FLASH_ACR_ICEN (1u << 9)
 

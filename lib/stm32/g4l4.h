@@ -41,6 +41,7 @@ struct rcc_regs {
 #define PWR_CR5_NO_BOOST (1u << 8)
 
 #define FLASH_ACR (*(volatile uint32_t *)0x40022000)
+#define FLASH_ACR_LATENCY 15u
 #define FLASH_ACR_PRFTEN (1u << 8)
 #define FLASH_ACR_ICEN (1u << 9)
 #define FLASH_ACR_DCEN (1u << 10)

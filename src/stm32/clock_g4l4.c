@@ -79,9 +79,10 @@ void board_clock_init(void)
 #if CONFIG_MACH_STM32G4
     raise_voltage();
 #endif
-    FLASH_ACR = FLASH_LATENCY | FLASH_ACR_PRFTEN | FLASH_ACR_ICEN
-        | FLASH_ACR_DCEN;
-    while ((FLASH_ACR & 15) != FLASH_LATENCY)
+    /* other bits are a debugger's */
+    FLASH_ACR = (FLASH_ACR & ~FLASH_ACR_LATENCY) | FLASH_LATENCY
+        | FLASH_ACR_PRFTEN | FLASH_ACR_ICEN | FLASH_ACR_DCEN;
+    while ((FLASH_ACR & FLASH_ACR_LATENCY) != FLASH_LATENCY)
         ;
 #if CONFIG_MACH_STM32G4
     select_clock(RCC_CFGR_SW_PLL | RCC_CFGR_HPRE_2, RCC_CFGR_SWS_PLL);
