@@ -29,10 +29,12 @@ def shorten(text):
     what would steer a terminal is written as an escape."""
     text = str(text)
     if len(text) <= MAX_QUOTED:
-        return _escape(text)
+        escaped = _escape(text)
+        if len(escaped) <= MAX_QUOTED:
+            return escaped
     half = MAX_QUOTED // 2
     return "%s ... (%d characters) ... %s" % (
-        _escape(text[:half]), len(text), _escape(text[-half:]))
+        _escape(text[:half])[:half], len(text), _escape(text[-half:])[-half:])
 
 
 def _escape(text):

@@ -24,19 +24,19 @@ static bool sentinel_event(struct timer *timer)
     return TIMER_DONE;
 }
 
-static struct timer sentinel = { .event = sentinel_event };
-static struct timer *first_timer = &sentinel;
+struct timer sched_sentinel = { .event = sentinel_event };
+struct timer *sched_first = &sched_sentinel;
 
 /* The last timer of the list, from `other` on, that does not come after `clock`.
  * `other` does not; the sentinel does. */
 static inline struct timer *seek_timer(struct timer *other, uint32_t clock)
 {
 #ifdef PORT_HAS_SEEK_TIMER
-    return port_seek_timer(other, clock, &sentinel);
+    return port_seek_timer(other, clock, &sched_sentinel);
 #else
     struct timer *next = other->next;
 
-    while (next != &sentinel && !timer_is_before(clock, next->waketime)) {
+    while (next != &sched_sentinel && !timer_is_before(clock, next->waketime)) {
         other = next;
         next = next->next;
     }
@@ -46,12 +46,12 @@ static inline struct timer *seek_timer(struct timer *other, uint32_t clock)
 
 static void insert_timer(struct timer *timer)
 {
-    struct timer *first = first_timer, *other;
+    struct timer *first = sched_first, *other;
 
-    if (first == &sentinel
+    if (first == &sched_sentinel
         || timer_is_before(timer->waketime, first->waketime)) {
         timer->next = first;
-        first_timer = timer;
+        sched_first = timer;
         return;
     }
     other = seek_timer(first, timer->waketime);
@@ -67,21 +67,21 @@ void sched_add_timer(struct timer *timer)
         try_shutdown("Timer too close");
     flag = irq_save();
     insert_timer(timer);
-    if (first_timer == timer)
+    if (sched_first == timer)
         timer_kick(timer->waketime);
     irq_restore(flag);
 }
 
 static void unlink_timer(const struct timer *timer)
 {
-    struct timer **link = &first_timer;
+    struct timer **link = &sched_first;
 
     while (*link && *link != timer)
         link = &(*link)->next;
     if (*link)
         *link = timer->next;
-    if (first_timer == &sentinel)
-        sentinel.waketime = timer_read_clock() + SENTINEL_LEAD;
+    if (sched_first == &sched_sentinel)
+        sched_sentinel.waketime = timer_read_clock() + SENTINEL_LEAD;
 }
 
 void sched_move_timer(struct timer *timer, uint32_t waketime)
@@ -94,11 +94,11 @@ void sched_move_timer(struct timer *timer, uint32_t waketime)
 void sched_del_timer(struct timer *timer)
 {
     irq_flag_t flag = irq_save();
-    bool is_first = first_timer == timer;
+    bool is_first = sched_first == timer;
 
     unlink_timer(timer);
     if (is_first)
-        timer_kick(first_timer->waketime);
+        timer_kick(sched_first->waketime);
     irq_restore(flag);
 }
 
@@ -106,33 +106,33 @@ void sched_del_timer(struct timer *timer)
 static __attribute__((noinline)) uint32_t settle(struct timer *timer,
                                                  bool again)
 {
-    if (timer != &sentinel)
+    if (timer != &sched_sentinel)
         unlink_timer(timer);
     else
         timer->waketime += SENTINEL_LEAD;
     if (again)
         insert_timer(timer);
-    return first_timer->waketime;
+    return sched_first->waketime;
 }
 
 /* The timer stays in the list while its event runs: most often it is the first
  * again. */
 uint32_t sched_run_timer(void)
 {
-    struct timer *timer = first_timer, *other;
+    struct timer *timer = sched_first, *other;
     bool again = timer->event(timer);
     uint32_t waketime;
 
-    if (!again || first_timer != timer)
+    if (!again || sched_first != timer)
         return settle(timer, again);
     waketime = timer->waketime;
     other = seek_timer(timer, waketime);
     if (other == timer)
         return waketime;
-    first_timer = timer->next;
+    sched_first = timer->next;
     timer->next = other->next;
     other->next = timer;
-    return first_timer->waketime;
+    return sched_first->waketime;
 }
 
 void sched_shutdown_late(void)
@@ -142,9 +142,9 @@ void sched_shutdown_late(void)
 
 static void reset_timers(void)
 {
-    sentinel.waketime = timer_read_clock() + SENTINEL_LEAD;
-    first_timer = &sentinel;
-    timer_kick(sentinel.waketime);
+    sched_sentinel.waketime = timer_read_clock() + SENTINEL_LEAD;
+    sched_first = &sched_sentinel;
+    timer_kick(sched_sentinel.waketime);
 }
 
 

@@ -70,7 +70,6 @@ static const ROM struct oid_kind stepper_kind = { sizeof(struct stepper) };
 static bool inline_event(struct timer *timer);
 #endif
 #if CONFIG_HAVE_SHORT_STEPS
-static bool short_event(struct timer *timer);
 
 /* RUN_SHORT if it applies, from the command. */
 static uint8_t check_short(uint32_t interval, int16_t add, uint16_t count)
@@ -108,7 +107,8 @@ static __attribute__((noinline)) bool next_run(struct stepper *s,
     }
 #if CONFIG_HAVE_SHORT_STEPS
     if (s->is_inline)
-        s->timer.event = run->dir & RUN_SHORT ? short_event : inline_event;
+        s->timer.event = run->dir & RUN_SHORT ? stepper_short_event
+                                               : inline_event;
 #endif
     movecell_give_irq(run);
     return true;
@@ -183,7 +183,13 @@ static __attribute__((noinline)) bool end_short_run(struct stepper *s)
     return again;
 }
 
-static bool short_event(struct timer *timer)
+_Static_assert(offsetof(struct stepper, interval) == STEPPER_AT_INTERVAL
+               && offsetof(struct stepper, add) == STEPPER_AT_ADD
+               && offsetof(struct stepper, count) == STEPPER_AT_COUNT
+               && offsetof(struct stepper, step_pin) == STEPPER_AT_PORT,
+               "the timer interrupt knows these");
+
+bool stepper_short_event(struct timer *timer)
 {
     struct stepper *s = CONTAINER_OF(timer, struct stepper, timer);
     struct gpio_out pin = s->step_pin;

@@ -24,6 +24,9 @@ struct timer {
     uint32_t waketime; /* clock */
 };
 
+/* For ports whose timer interrupt looks at the list itself. */
+extern struct timer *sched_first, sched_sentinel;
+
 enum { TIMER_DONE = false, TIMER_AGAIN = true };
 
 /* Any context.  shutdown("Timer too close") if waketime has passed. */

@@ -9,6 +9,8 @@
 #include "core/sched.h"
 
 #define PET_US 100000
+/* Not at the same time as what has a round period */
+#define FIRST_PET_US 73000
 
 static struct task_wake pet_wake;
 
@@ -32,7 +34,7 @@ DECL_TASK(watchdog_task);
 void watchdog_restart(void)
 {
     watchdog_pet();
-    pet_timer.waketime = timer_read_clock() + timer_from_us(PET_US);
+    pet_timer.waketime = timer_read_clock() + timer_from_us(FIRST_PET_US);
     sched_add_timer(&pet_timer);
 }
 DECL_INIT(watchdog_restart);

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "board/adc.h"
+#include "board/timer.h"
 #include "board/irq.h"
 #include "core/oid.h"
 #include "core/sched.h"
@@ -54,6 +55,15 @@ static void store_reading(struct analog_in *a)
         sched_wake(&analog_wake);
 }
 
+/* With HAVE_SLOW_EVENTS other events come between the last sample and what is
+ * done with the reading. */
+#define READING_US 160
+
+static bool reading_event(struct timer *timer);
+#if CONFIG_HAVE_SLOW_EVENTS
+static bool rest_event(struct timer *timer);
+#endif
+
 static bool sample_event(struct timer *timer)
 {
     struct analog_in *a = CONTAINER_OF(timer, struct analog_in, timer);
@@ -68,15 +78,47 @@ static bool sample_event(struct timer *timer)
         timer->waketime += a->sample_ticks;
         return TIMER_AGAIN;
     }
+#if CONFIG_HAVE_SLOW_EVENTS
+    timer->event = reading_event;
+    timer->waketime += timer_from_us(READING_US);
+    return TIMER_AGAIN;
+#else
+    return reading_event(timer);
+#endif
+}
+
+/* All samples of a reading are there. */
+static bool reading_event(struct timer *timer)
+{
+    struct analog_in *a = CONTAINER_OF(timer, struct analog_in, timer);
+
+    timer->event = sample_event;
     a->next_clock += a->rest_ticks;
     check_range(a);
     trigger_analog_update(a->trigger, a->sum);
     store_reading(a);
     a->sum = 0;
     a->n_left = a->n_samples;
+#if CONFIG_HAVE_SLOW_EVENTS
+    timer->event = rest_event;
+    timer->waketime += timer_from_us(READING_US);
+#else
+    timer->waketime = a->next_clock;
+#endif
+    return TIMER_AGAIN;
+}
+
+#if CONFIG_HAVE_SLOW_EVENTS
+/* To be put far behind in the list of timers takes as long as the rest. */
+static bool rest_event(struct timer *timer)
+{
+    struct analog_in *a = CONTAINER_OF(timer, struct analog_in, timer);
+
+    timer->event = sample_event;
     timer->waketime = a->next_clock;
     return TIMER_AGAIN;
 }
+#endif
 
 void command_config_analog_in(const struct args_config_analog_in *args)
 {
@@ -105,6 +147,7 @@ void command_query_analog_in(const struct args_query_analog_in *args)
         || (args->sample_count && !args->bytes_per_report))
         shutdown("Invalid analog_in bytes_per_report");
     sched_del_timer(&a->timer);
+    a->timer.event = sample_event;
     stop(a);
     if (!args->sample_count)
         return;

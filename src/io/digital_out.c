@@ -18,8 +18,7 @@ struct digital_out {
     uint32_t cycle_ticks;         /* 0: no software pwm */
     uint8_t level, default_level;
     bool is_cycling;
-    bool is_moved;                /* cycle_timer waits for restart instead */
-    uint32_t restart;
+    bool is_moved;                /* cycle_timer is to be moved by follow() */
 };
 
 static const ROM struct oid_kind digital_out_kind = {
@@ -32,15 +31,14 @@ static void set_level(struct digital_out *d, uint8_t level)
     gpio_write(d->pin, level);
 }
 
-/* A cycle that was under way may end first: it does so without a pulse. */
+/* A cycle that was under way may end first: follow() will move it. */
 static bool cycle_event(struct timer *timer)
 {
     struct digital_out *d = CONTAINER_OF(timer, struct digital_out,
                                          cycle_timer);
 
     if (d->is_moved) {
-        d->is_moved = false;
-        timer->waketime = d->restart;
+        timer->waketime += timer_from_us(2 * TIMED_OUTPUT_FOLLOW_US);
         return TIMER_AGAIN;
     }
     gpio_toggle_irq(d->pin);
@@ -49,28 +47,28 @@ static bool cycle_event(struct timer *timer)
     return TIMER_AGAIN;
 }
 
-static void follow(struct timed_output *out)
+/* The pulses that began with this clock go on. */
+static void follow(struct timed_output *out, uint32_t clock)
 {
     struct digital_out *d = CONTAINER_OF(out, struct digital_out, out);
 
     if (d->is_moved) {
         d->is_moved = false;
-        sched_move_timer(&d->cycle_timer, d->restart);
+        d->off_ticks = d->cycle_ticks - d->on_ticks;
+        sched_move_timer(&d->cycle_timer, clock + d->on_ticks);
     }
 }
 
-/* Irq: the pulses begin with this clock.  The timer is moved a moment later,
- * by follow(), if that is soon enough. */
+/* Irq: pulses begin now, at `clock`.  The rest is up to follow(), a moment later
+ * if the first pulse lasts long enough. */
 static void start_cycle(struct digital_out *d, uint32_t on_ticks,
                         uint32_t clock)
 {
     d->on_ticks = on_ticks;
-    d->off_ticks = d->cycle_ticks - on_ticks;
-    d->restart = clock + on_ticks;
     d->is_cycling = d->is_moved = true;
     set_level(d, 1);
-    if (on_ticks < 2 * timer_from_us(TIMED_OUTPUT_FOLLOW_US))
-        follow(&d->out);
+    if (on_ticks < timer_from_us(2 * TIMED_OUTPUT_FOLLOW_US))
+        follow(&d->out, clock);
 }
 
 /* Irqs off: on for on_ticks of each cycle, from clock. */
@@ -95,7 +93,7 @@ static bool apply_value(struct timed_output *out, uint32_t value,
                       clock);
 }
 
-static const ROM struct timed_output_kind digital_timed_kind = {
+static const struct timed_output_kind digital_timed_kind = {
     .apply = apply_value,
     .follow = follow,
     .missed = DECL_STRING_ID("Missed scheduling of next digital out event"),

@@ -26,7 +26,7 @@ static bool apply_value(struct timed_output *out, uint32_t value,
     return value == p->default_value;
 }
 
-static const ROM struct timed_output_kind pwm_timed_kind = {
+static const struct timed_output_kind pwm_timed_kind = {
     .apply = apply_value,
     .missed = DECL_STRING_ID("Missed scheduling of next hard pwm event"),
     .exceeds = DECL_STRING_ID("Scheduled pwm event will exceed max_duration"),

@@ -64,7 +64,7 @@ static bool follow_event(struct timer *timer)
 {
     struct timed_output *out = CONTAINER_OF(timer, struct timed_output, timer);
 
-    out->kind->follow(out);
+    out->kind->follow(out, out->first->clock);
     return wait_a_moment(timer, finish_event);
 }
 
@@ -79,7 +79,7 @@ static bool go_on(struct timed_output *out, const struct timed_value *next)
         return wait_a_moment(timer, out->kind->follow ? follow_event
                                                       : finish_event);
     if (out->kind->follow)
-        out->kind->follow(out);
+        out->kind->follow(out, out->first->clock);
     return finish_event(timer);
 }
 #else
@@ -88,7 +88,7 @@ static inline bool go_on(struct timed_output *out,
 {
     (void)next;
     if (out->kind->follow)
-        out->kind->follow(out);
+        out->kind->follow(out, out->first->clock);
     return finish_event(&out->timer);
 }
 #endif
@@ -105,7 +105,7 @@ static bool value_event(struct timer *timer)
 }
 
 void timed_output_setup(struct timed_output *out,
-                        const ROM struct timed_output_kind *kind,
+                        const struct timed_output_kind *kind,
                         uint32_t max_duration)
 {
     out->timer.event = value_event;

@@ -15,7 +15,7 @@
 /* A value takes effect at its clock.  With HAVE_SLOW_EVENTS what follows from it
  * is done in two more events, so far apart each: together they would take as
  * long as several steps. */
-#define TIMED_OUTPUT_FOLLOW_US 32
+#define TIMED_OUTPUT_FOLLOW_US 160
 
 struct timed_output;
 
@@ -23,14 +23,14 @@ struct timed_output_kind {
     /* Irq: set the output; returns whether that is its default. */
     bool (*apply)(struct timed_output *out, uint32_t value, uint32_t clock);
     /* Irq: the rest of it, a moment later; or NULL. */
-    void (*follow)(struct timed_output *out);
+    void (*follow)(struct timed_output *out, uint32_t clock);
     uint16_t missed, exceeds; /* shutdown reasons */
 };
 
 struct timed_output {
     struct timer timer;
     struct timed_value *first, **last;
-    const ROM struct timed_output_kind *kind;
+    const struct timed_output_kind *kind;
     uint32_t max_duration; /* ticks; 0: no limit */
     bool is_waiting;       /* the timer is set */
     bool has_limit;        /* ... to the end of max_duration */
@@ -39,7 +39,7 @@ struct timed_output {
 
 /* Task: prepare, with the output at `clock` away from its default or not. */
 void timed_output_setup(struct timed_output *out,
-                        const ROM struct timed_output_kind *kind,
+                        const struct timed_output_kind *kind,
                         uint32_t max_duration);
 void timed_output_start(struct timed_output *out, bool is_default);
 

@@ -21,4 +21,21 @@
 /* What an event of CONFIG_HAVE_STEP_PULSE_INLINE takes from edge to edge. */
 #define STEPPER_INLINE_TICKS 40
 
+/* Runs whose intervals fit 16 bits, for a port that makes their steps in its
+ * timer interrupt: the event, and where in the object its data lie. */
+#if CONFIG_HAVE_SHORT_STEPS
+#include <stdbool.h>
+#include "core/sched.h"
+
+bool stepper_short_event(struct timer *timer);
+
+enum {
+    STEPPER_AT_INTERVAL = 8,
+    STEPPER_AT_ADD = 12,
+    STEPPER_AT_COUNT = 14,
+    STEPPER_AT_PORT = 16,
+    STEPPER_AT_BIT = 18,
+};
+#endif
+
 #endif

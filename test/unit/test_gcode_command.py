@@ -145,3 +145,10 @@ def test_ack_only_once():
     assert gcmd.ack("T:0") and output.last == "ok T:0"
     assert not gcmd.ack()
     assert not GCodeCommand(output, "M105", "M105", {}).ack()
+
+
+def test_escapes_do_not_make_an_error_long():
+    command = make("SET_PIN " + "\0" * 180)
+    with pytest.raises(CommandError) as caught:
+        command.get_command_parameters()
+    assert len(str(caught.value)) < 1000 and "\0" not in str(caught.value)
