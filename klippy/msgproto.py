@@ -94,10 +94,15 @@ class MessageParser:
         Raises error if it is damaged or not a dictionary.
         """
         try:
-            table = load_dictionary(data, decompress)
+            self._take_tables(load_dictionary(data, decompress))
         except error as err:
             raise error(self.warn_prefix + str(err))
+        except (AttributeError, LookupError, TypeError, ValueError) as err:
+            raise error("%sThe dictionary of the firmware is damaged: %s"
+                        % (self.warn_prefix, err))
         self._raw_data = data
+
+    def _take_tables(self, table):
         self._constants = dict(table["config"])
         for name, values in table.get("enumerations", {}).items():
             self._enumerations[name] = expand_enumeration(values)

@@ -66,6 +66,8 @@ class McuRestart:
             # works only while shut down
             self._mcu.send_emergency_stop()
             self._pause(SETTLE_TIME)
+        # that the mcu starts is what we want
+        self._mcu.get_serial().register_response(None, "starting")
         command.send()
         self._pause(SETTLE_TIME)
         self._mcu.disconnect()
