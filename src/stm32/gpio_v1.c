@@ -10,7 +10,8 @@
 #define NIBBLE_PULLED 0x8u
 #define NIBBLE_ALTERNATE 0x9u
 
-/* What AFIO_MAPR was told: the field that frees debug pins reads as anything. */
+/* What AFIO_MAPR was told: the field that frees debug pins reads as
+ * anything. */
 static uint32_t remapped;
 
 static uint32_t find_nibble(enum gpio_mode mode, int8_t pull)

@@ -129,7 +129,25 @@ void rcc_write(struct device *d, uint32_t offset, uint32_t value);
 bool rcc_has_clock(const struct device *d);
 void rcc_reset(struct device *d);
 
+/* unicorn_adc.c */
+uint32_t adc_read(struct device *d, uint32_t word);
+void adc_write(struct device *d, uint32_t word, uint32_t value);
+void adc_run_event(struct device *d);
+
+/* unicorn_spi.c */
+uint32_t spi_read(struct device *d, uint32_t word);
+void spi_write(struct device *d, uint32_t word, uint32_t value);
+void spi_run_event(struct device *d);
+
+/* unicorn_timer.c */
+uint32_t timer_read(struct device *d, uint32_t word);
+void timer_write(struct device *d, uint32_t word, uint32_t value);
+/* Registers of a timer or a pin have changed. */
+void timer_update_pwm(void);
+
 /* unicorn_periph.c */
+/* 0 input, 1 output, 2 alternate, 3 analog; and the pull of an input. */
+uint32_t gpio_mode_of(const struct device *d, uint32_t bit, int8_t *pull);
 void periph_reset(void);
 void periph_map(uc_engine *uc);
 void periph_run_events(void);

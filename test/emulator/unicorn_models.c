@@ -292,7 +292,8 @@ sixteen_channels(uint8_t unit, uint8_t channel)
       8000000, true, true, 2, TIMER, f0_devices, sixteen_channels, tim16_pwm }
 #define G0_MODEL(NAME, RAM, TIMER) \
     { NAME, UC_CPU_ARM_CORTEX_M0, LINE_G0, 0x20000, 0x20000000, RAM, \
-      64000000, 16000000, true, true, 2, TIMER, g0_devices, g0_channels, tim16_pwm }
+      64000000, 16000000, true, true, 2, TIMER, g0_devices, g0_channels, \
+      tim16_pwm }
 
 static const struct chip_model models[] = {
     F0_MODEL("stm32f031", 0x8000, 0x1000, 2),

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * Peripherals of an STM32: GPIO, USART, ADC, timers' pwm, watchdog.
+ * The bus of an STM32, and on it GPIO, USART and watchdog.
  */
 #include <string.h>
 
@@ -22,8 +22,8 @@ enum { SR_ORE = 1 << 3, SR_RXNE = 1 << 5, SR_TC = 1 << 6, SR_TXE = 1 << 7,
 
 /* What a pin is set to: 0 input, 1 output, 2 alternate, 3 analog; and the
  * pull of an input. */
-static uint32_t
-pin_mode(const struct device *d, uint32_t bit, int8_t *pull)
+uint32_t
+gpio_mode_of(const struct device *d, uint32_t bit, int8_t *pull)
 {
     uint32_t nibble, pupd;
 
@@ -37,65 +37,6 @@ pin_mode(const struct device *d, uint32_t bit, int8_t *pull)
     if (nibble & 3)
         return nibble & 8 ? 2 : 1;
     return nibble ? 0 : 3;
-}
-
-static struct device *
-find_kind(enum device_kind kind, uint8_t index)
-{
-    uint32_t i;
-
-    for (i = 0; i < chip.n_devices; i++)
-        if (chip.devices[i].info->kind == kind
-            && chip.devices[i].info->index == index)
-            return &chip.devices[i];
-    return NULL;
-}
-
-/* Is this pin driven by its timer's channel? */
-static bool
-is_pwm_on(const struct pwm_info *pwm, const struct device *timer)
-{
-    const struct device *port = find_kind(DEV_GPIO, pwm->pin / 16);
-    uint32_t bit = pwm->pin % 16, channel = pwm->channel;
-    int8_t pull;
-
-    if (!port || !timer || pin_mode(port, bit, &pull) != 2)
-        return false;
-    if (chip.model->gpio_v2
-        && ((port->regs[8 + bit / 8] >> (4 * (bit % 8))) & 15) != pwm->function)
-        return false;
-    /* CEN, CCxE, OCxM of pwm mode 1; MOE of those with a break input */
-    if (timer->info->index >= 15 && !(timer->regs[17] & (1u << 15)))
-        return false;
-    return timer->regs[0] & 1 && timer->regs[8] & (1u << (4 * channel))
-        && ((timer->regs[6 + channel / 2] >> (8 * (channel % 2))) & 0x70)
-        == 0x60;
-}
-
-/* Registers of a timer or a pin have changed. */
-static void
-update_pwm(void)
-{
-    const struct pwm_info *pwm = chip.model->pwm;
-    uint32_t i;
-
-    for (i = 0; pwm[i].timer; i++) {
-        const struct device *timer = find_kind(DEV_TIM, pwm[i].timer);
-        uint32_t *told = chip.pwm_told[i], now[3], hz;
-
-        if (!is_pwm_on(&pwm[i], timer))
-            continue;
-        hz = chip.bus_hz[timer->info->bus];
-        now[0] = (timer->regs[10] + 1) * (timer->regs[11] + 1)
-            * (chip.core_hz / (hz < chip.core_hz ? 2 * hz : hz));
-        now[1] = timer->regs[13 + pwm[i].channel];
-        now[2] = timer->regs[11] + 1;
-        if (!memcmp(told, now, sizeof(now)))
-            continue;
-        memcpy(told, now, sizeof(now));
-        chip.host.pwm_out(chip.host.ctx, chip_now(), pwm[i].pin, now[0], now[1],
-                          now[2]);
-    }
 }
 
 /* Tell the world what outputs have changed. */
@@ -124,12 +65,12 @@ update_modes(struct device *d)
 
     d->driven = 0;
     for (bit = 0; bit < 16; bit++)
-        if (pin_mode(d, bit, &pull) == 1)
+        if (gpio_mode_of(d, bit, &pull) == 1)
             d->driven |= 1u << bit;
     /* a pin that begins to be driven had no level before */
     d->out = (d->out & was) | (~odr & d->driven & ~was);
     update_outputs(d);
-    update_pwm();
+    timer_update_pwm();
 }
 
 static uint32_t
@@ -139,7 +80,7 @@ read_inputs(struct device *d)
 
     for (bit = 0; bit < 16; bit++) {
         int8_t pull;
-        uint32_t mode = pin_mode(d, bit, &pull);
+        uint32_t mode = gpio_mode_of(d, bit, &pull);
 
         if (mode == 1)
             idr |= d->out & (1u << bit);
@@ -191,8 +132,8 @@ usart_word(uint32_t word)
 {
     static const uint8_t v1[] = { USART_STATUS, USART_RDR, USART_BRR, USART_CR1,
                                   USART_OTHER, USART_OTHER, USART_OTHER };
-    static const uint8_t v2[] = { USART_CR1, USART_OTHER, USART_OTHER, USART_BRR,
-                                  USART_OTHER, USART_OTHER, USART_OTHER,
+    static const uint8_t v2[] = { USART_CR1, USART_OTHER, USART_OTHER,
+                                  USART_BRR, USART_OTHER, USART_OTHER, USART_OTHER,
                                   USART_STATUS, USART_ICR, USART_RDR,
                                   USART_TDR };
 
@@ -326,310 +267,6 @@ periph_rx(uint8_t byte)
 }
 
 /*
- * ADC of the F1, F2, F4 and F7
- */
-
-enum { ADC2_ISR = 0, ADC2_CR = 2, ADC2_CFGR2 = 4, ADC2_SMPR = 5,
-       ADC2_CHSELR = 10, ADC2_DR = 16 };
-enum { ADC2_ADRDY = 1, ADC2_EOC = 4, ADC2_CCRDY = 1 << 13, ADC2_ADEN = 1,
-       ADC2_ADSTART = 4, ADC2_ADSTP = 16 };
-enum { ADC_SR = 0, ADC_CR2 = 2, ADC_SQR3 = 13, ADC_DR = 19 };
-
-static void
-adc_start(struct device *d)
-{
-    static const uint16_t f1[] = { 1, 7, 13, 28, 41, 55, 71, 239 };
-    static const uint16_t f4[] = { 3, 15, 28, 56, 84, 112, 144, 480 };
-    bool is_f1 = chip.model->line == LINE_F1;
-    uint32_t channel = d->regs[ADC_SQR3] & 31;
-    uint32_t smpr = d->regs[channel >= 10 ? 3 : 4];
-    uint32_t sample = (smpr >> (3 * (channel % 10))) & 7, divider;
-
-    divider = is_f1 ? 2 * ((chip.rcc->regs[1] >> 14) & 3) + 2 : 4;
-    if (chip.bus_hz[2] / divider > (is_f1 ? 14000000u : 36000000u))
-        chip_fault("converter at %u Hz", chip.bus_hz[2] / divider);
-    d->due = chip.cycle + ((is_f1 ? f1 : f4)[sample] + 13u) * divider
-        * (chip.core_hz / chip.bus_hz[2]);
-    d->shift = channel;
-    chip_wake_at(d->due);
-}
-
-static void
-adc_event(struct device *d)
-{
-    int pin = chip.model->adc_pin(d->info->index, (uint8_t)d->shift);
-    uint32_t value;
-
-    if (chip.cycle < d->due)
-        return;
-    d->due = NEVER;
-    value = pin < 0 ? 0
-        : chip.host.adc_in(chip.host.ctx, chip_now(), (uint32_t)pin);
-    /* 12 bits, of an H7 16 */
-    if (chip.model->line != LINE_H7)
-        value >>= 4;
-    if (chip.model->adc_version == 1) {
-        d->regs[ADC_SR] |= 2;
-        d->regs[ADC_DR] = value;
-    } else {
-        d->regs[ADC2_CR] &= ~(uint32_t)ADC2_ADSTART;
-        d->regs[ADC2_ISR] |= ADC2_EOC;
-        d->regs[ADC2_DR] = value;
-    }
-}
-
-static void
-adc_write(struct device *d, uint32_t word, uint32_t value)
-{
-    bool is_f1 = chip.model->line == LINE_F1;
-
-    if (word == ADC_SR) {
-        d->regs[ADC_SR] &= value;
-        return;
-    }
-    if (word == ADC_CR2) {
-        bool was_on = d->regs[ADC_CR2] & 1;
-
-        /* calibration ends at once, a start is no state */
-        d->regs[ADC_CR2] = value & ~(is_f1 ? 1u << 2 | 1u << 22 : 1u << 30);
-        if (was_on && value & (is_f1 ? 1u << 22 : 1u << 30))
-            adc_start(d);
-        return;
-    }
-    d->regs[word] = value;
-}
-
-static uint32_t
-adc_read(struct device *d, uint32_t word)
-{
-    if (word == ADC_DR)
-        d->regs[ADC_SR] &= ~2u;
-    return d->regs[word];
-}
-
-/*
- * ADC of the F0 and G0
- */
-
-static void
-adc2_start(struct device *d)
-{
-    static const uint16_t f0[] = { 1, 7, 13, 28, 41, 55, 71, 239 };
-    static const uint16_t g0[] = { 1, 3, 7, 12, 19, 39, 79, 160 };
-    bool is_f0 = chip.model->line == LINE_F0;
-    uint32_t sample = (is_f0 ? f0 : g0)[d->regs[ADC2_SMPR] & 7];
-    uint32_t mode = d->regs[ADC2_CFGR2] >> 30, hz = chip.bus_hz[1];
-    uint32_t divider = mode == 1 ? 2 : mode == 2 ? 4 : 1;
-
-    if (!(d->regs[ADC2_CR] & ADC2_ADEN) || !mode)
-        chip_fault("converter is off, or has no clock");
-    if (hz / divider > (is_f0 ? 14000000u : 35000000u))
-        chip_fault("converter at %u Hz", hz / divider);
-    d->shift = (uint32_t)__builtin_ctz(d->regs[ADC2_CHSELR] | 1u << 31);
-    d->due = chip.cycle + (sample + 13u) * divider;
-    chip_wake_at(d->due);
-}
-
-static uint32_t
-adc2_read(struct device *d, uint32_t word)
-{
-    if (word == ADC2_DR)
-        d->regs[ADC2_ISR] &= ~(uint32_t)ADC2_EOC;
-    return d->regs[word];
-}
-
-static void
-adc2_write(struct device *d, uint32_t word, uint32_t value)
-{
-    bool is_g0 = chip.model->line == LINE_G0;
-
-    if (word == ADC2_ISR) {
-        d->regs[ADC2_ISR] &= ~value;
-        return;
-    }
-    if (word == ADC2_CHSELR)
-        d->regs[ADC2_ISR] |= is_g0 ? ADC2_CCRDY : 0;
-    if (word != ADC2_CR) {
-        d->regs[word] = value;
-        return;
-    }
-    if (is_g0 && value & (ADC2_ADEN | 1u << 31) && !(value & (1u << 28)))
-        chip_fault("converter without its regulator");
-    if (value & ADC2_ADEN)
-        d->regs[ADC2_ISR] |= ADC2_ADRDY;
-    if (value & ADC2_ADSTP) {
-        d->due = NEVER;
-        value &= ~(uint32_t)(ADC2_ADSTP | ADC2_ADSTART);
-    }
-    d->regs[ADC2_CR] = value & ~(1u << 31);
-    if (value & ADC2_ADSTART)
-        adc2_start(d);
-}
-
-/*
- * ADC of the G4, L4 and H7: ISR, CR, EOC and DR are where the F0 has them
- */
-
-enum { ADC3_SMPR = 5, ADC3_PCSEL = 7, ADC3_SQR1 = 12 };
-
-static void
-adc3_start(struct device *d)
-{
-    static const uint16_t g4[] = { 2, 6, 12, 24, 47, 92, 247, 640 };
-    static const uint16_t h7[] = { 1, 2, 8, 16, 32, 64, 387, 810 };
-    bool is_h7 = chip.model->line == LINE_H7;
-    uint32_t channel = (d->regs[ADC3_SQR1] >> 6) & 31;
-    uint32_t smpr = d->regs[ADC3_SMPR + channel / 10] >> (3 * (channel % 10));
-
-    if (!(d->regs[ADC2_CR] & ADC2_ADEN))
-        chip_fault("converter is off");
-    if (is_h7 && !(d->regs[ADC3_PCSEL] & (1u << channel)))
-        chip_fault("channel %u is not preselected", channel);
-    d->shift = channel;
-    d->due = chip.cycle + (is_h7 ? (h7[smpr & 7] + 9u) * (chip.core_hz / 16000000)
-                           : (g4[smpr & 7] + 13u) * 4);
-    chip_wake_at(d->due);
-}
-
-static void
-adc3_write(struct device *d, uint32_t word, uint32_t value)
-{
-    if (word == ADC2_ISR) {
-        d->regs[ADC2_ISR] &= ~value;
-        return;
-    }
-    if (word != ADC2_CR) {
-        d->regs[word] = value;
-        return;
-    }
-    if (value & (1u << 29))
-        chip_fault("converter in deep sleep");
-    if (value & (ADC2_ADEN | 1u << 31) && !(value & (1u << 28)))
-        chip_fault("converter without its regulator");
-    if (value & ADC2_ADEN)
-        d->regs[ADC2_ISR] |= ADC2_ADRDY;
-    if (value & ADC2_ADSTP)
-        d->due = NEVER;
-    value |= d->regs[ADC2_CR] & ADC2_ADEN;
-    d->regs[ADC2_CR] = value & ~(1u << 31 | ADC2_ADSTP);
-    if (value & ADC2_ADSTART)
-        adc3_start(d);
-}
-
-/*
- * Timers that the program counts with
- */
-
-enum { TIM_CR1 = 0, TIM_CNT = 9, TIM_PSC = 10 };
-
-/* Timer 1 counts the overflows of timer 3 where that is the clock. */
-static uint32_t
-count_timer(struct device *d)
-{
-    bool is_chained = chip.model->clock_timer == 3;
-    uint64_t ticks = chip.cycle - d->zero;
-
-    if (!(d->regs[TIM_CR1] & 1))
-        return d->regs[TIM_CNT];
-    if (is_chained && d->info->index == 1)
-        return (uint32_t)((chip.cycle - chip.cyccnt_zero) >> 16) & 0xffff;
-    ticks /= d->regs[TIM_PSC] + 1;
-    return (uint32_t)ticks & (is_chained ? 0xffff : UINT32_MAX);
-}
-
-static void
-timer_write(struct device *d, uint32_t word, uint32_t value)
-{
-    bool starts = word == TIM_CR1 && value & 1 && !(d->regs[TIM_CR1] & 1);
-
-    d->regs[word] = value;
-    update_pwm();
-    if (!starts)
-        return;
-    d->zero = chip.cycle;
-    if (d->info->index == chip.model->clock_timer && !chip.is_counting) {
-        chip.cyccnt_zero = chip.cycle;
-        chip.is_counting = true;
-        chip_wake_at(chip.cycle);
-    }
-}
-
-/*
- * SPI: a byte takes eight bits' time; the world's bus is the number of the
- * peripheral.  An H7 counts the bytes of a transfer.
- */
-
-enum { SPI_CR1 = 0, SPI_CR2 = 1, SPI_SR = 2, SPI_DR = 3,
-       SPI_H7_CFG1 = 2, SPI_H7_CFG2 = 3, SPI_H7_SR = 5, SPI_H7_IFCR = 6,
-       SPI_H7_TXDR = 8, SPI_H7_RXDR = 12 };
-enum { SPI_RXNE = 1, SPI_TXE = 2, SPI_BSY = 0x80, SPI_EOT = 8 };
-
-static bool
-is_h7(void)
-{
-    return chip.model->line == LINE_H7;
-}
-
-/* A byte goes out; what comes in is there when its time has passed. */
-static void
-spi_send(struct device *d, uint32_t value)
-{
-    uint8_t byte = (uint8_t)value;
-    uint32_t cr1 = d->regs[SPI_CR1], divider;
-    bool is_on = is_h7() ? (cr1 & 0x201) == 0x201
-        && d->regs[SPI_H7_CFG2] & (1u << 22) : (cr1 & 0x44) == 0x44;
-
-    if (!is_on) {
-        chip_fault("spi %u is no master, or off", d->info->index);
-        return;
-    }
-    divider = is_h7() ? d->regs[SPI_H7_CFG1] >> 28 & 7 : cr1 >> 3 & 7;
-    chip.host.spi(chip.host.ctx, chip_now(), d->info->index, &byte, 1);
-    d->rx_data = byte;
-    d->due = chip.cycle + (uint64_t)(16u << divider)
-        * (chip.core_hz / chip.bus_hz[d->info->bus]);
-    chip_wake_at(d->due);
-}
-
-static void
-spi_event(struct device *d)
-{
-    if (chip.cycle < d->due)
-        return;
-    d->due = NEVER;
-    d->has_tdr = true;          /* here: something was received */
-    d->shift++;
-}
-
-static uint32_t
-spi_read(struct device *d, uint32_t word)
-{
-    uint32_t status = (d->has_tdr ? SPI_RXNE : 0)
-        | (d->due == NEVER && !d->has_tdr ? SPI_TXE : 0);
-
-    if (is_h7() && word == SPI_H7_SR)
-        return status | (d->shift >= d->regs[SPI_CR2] ? SPI_EOT : 0);
-    if (!is_h7() && word == SPI_SR)
-        return status | (d->due == NEVER ? 0 : SPI_BSY);
-    if (word != (is_h7() ? SPI_H7_RXDR : SPI_DR))
-        return d->regs[word];
-    d->has_tdr = false;
-    return d->rx_data;
-}
-
-static void
-spi_write(struct device *d, uint32_t word, uint32_t value)
-{
-    if (word == (is_h7() ? SPI_H7_TXDR : SPI_DR)) {
-        spi_send(d, value);
-        return;
-    }
-    if (is_h7() && word == SPI_CR2)
-        d->shift = 0;
-    d->regs[word] = value;
-}
-
-/*
  * The watchdog
  */
 
@@ -703,12 +340,11 @@ bus_read(uc_engine *uc, uint64_t offset, unsigned size, void *param)
     case DEV_USART:
         return usart_read(d, word);
     case DEV_ADC:
-        return chip.model->adc_version == 1 ? adc_read(d, word)
-            : adc2_read(d, word);
+        return adc_read(d, word);
     case DEV_SPI:
         return spi_read(d, word);
     case DEV_TIM:
-        return word == TIM_CNT ? count_timer(d) : d->regs[word];
+        return timer_read(d, word);
     case DEV_RCC:
         return rcc_read(d, word * 4);
     case DEV_PWR:
@@ -745,12 +381,7 @@ bus_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value,
         usart_write(d, word, (uint32_t)value);
         return;
     case DEV_ADC:
-        if (chip.model->adc_version == 1)
-            adc_write(d, word, (uint32_t)value);
-        else if (chip.model->adc_version == 2)
-            adc2_write(d, word, (uint32_t)value);
-        else
-            adc3_write(d, word, (uint32_t)value);
+        adc_write(d, word, (uint32_t)value);
         return;
     case DEV_SPI:
         spi_write(d, word, (uint32_t)value);
@@ -782,9 +413,9 @@ periph_run_events(void)
         if (d->info->kind == DEV_USART)
             usart_event(d);
         else if (d->info->kind == DEV_ADC)
-            adc_event(d);
+            adc_run_event(d);
         else if (d->info->kind == DEV_SPI)
-            spi_event(d);
+            spi_run_event(d);
         else if (d->info->kind == DEV_IWDG)
             iwdg_event(d);
     }

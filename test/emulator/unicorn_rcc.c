@@ -112,7 +112,8 @@ static const struct layout layouts[] = {
     [LINE_F0] = { 1, 1u, 1, 2, 1, 2, 8, 8, 24000000, 1, 1, f0_pll_hz },
     [LINE_G0] = { 2, 1u << 8, 2, 3, 1, 2, 12, 12, 24000000, 1, 1, g_pll_hz },
     [LINE_G4] = { 2, 1u << 8, 2, 2, 2, 3, 8, 11, 34000000, 1, 1, g_pll_hz },
-    [LINE_L4] = { 2, 1u | 1u << 8, 2, 2, 2, 3, 8, 11, 16000000, 1, 1, g_pll_hz },
+    [LINE_L4] = { 2, 1u | 1u << 8, 2, 2, 2, 3, 8, 11, 16000000, 1, 1,
+                  g_pll_hz },
     [LINE_H7] = { 4, 1u, 2, 3, 2, 3, 4, 8, 70000000, 4, 4, h7_pll_hz },
 };
 
@@ -144,7 +145,8 @@ check_wait_states(uint32_t hz)
         chip_fault("%u wait states at %u Hz, %u are needed", have, hz, need);
 }
 
-/* Above 168 MHz an F4 or F7 needs its overdrive, above 150 MHz a G4 its boost. */
+/* Above 168 MHz an F4 or F7 needs its overdrive, above 150 MHz a G4 its
+ * boost, above 300 MHz an H7 its highest voltage. */
 static void
 check_voltage(uint32_t hz)
 {
@@ -159,7 +161,8 @@ check_voltage(uint32_t hz)
         chip_fault("%u Hz at too low a voltage", hz);
 }
 
-/* Of a bus, whose limit is a part of the core's; slow F4 keep those of 168 MHz. */
+/* Of a bus, whose limit is a part of the core's; slow F4 keep those of
+ * 168 MHz. */
 static uint32_t
 bus_hz(const char *name, uint32_t hz, uint32_t field, uint32_t part)
 {
