@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`klippy run`: the daemon that drives a printer, or a batch run.
 
-With -o the commands for the mcus go to files, in virtual time.
+With -o the commands for the mcus go to files, in virtual time.  With --simulate
+the mcus and the machine are simulated ones, in real time.
 """
 
 import gc
@@ -13,10 +14,11 @@ import signal
 import sys
 
 import klippy.extras
-from klippy import gcode_io, plugins, queuelogger, sysinfo
+from klippy import gcode_io, plugins, queuelogger, sdnotify, sysinfo
 from klippy.errors import PrinterError
 from klippy.printer import Printer
 from klippy.reactor import Reactor
+from klippy.simulator import machine, session
 from klippy_ext.hostclock import RealClock
 from klippy_ext.vworld import VirtualWorld
 
@@ -49,6 +51,11 @@ def add_arguments(parser):
                         help="start the log anew at each restart")
     parser.add_argument("--plugins", metavar="FOLDER", action="append", default=[],
                         help="folder whose files win over the built-in extras")
+    parser.add_argument("--simulate", action="store_true",
+                        help="drive the simulated machine of the config")
+    parser.add_argument("--speed", type=float, default=1., metavar="N",
+                        help="with --simulate: virtual seconds a real one, 0: as"
+                             " fast as it goes (%(default)g)")
     parser.add_argument("--import-test", action="store_true",
                         help="import all modules and exit")
 
@@ -102,6 +109,7 @@ class Daemon:
         self.is_batch = bool(options.debugoutput)
         self.start_args = {}
         self.bglogger = None
+        self.notifier = sdnotify.Notifier()
 
     def run(self):
         """Run until the end; returns the exit status."""
@@ -119,6 +127,8 @@ class Daemon:
             logging.error("the daemon cannot run: %s", err)
             return complain(str(err))
         finally:
+            self.notifier.send(STOPPING=1)
+            self.notifier.close()
             if self.bglogger is not None:
                 self.bglogger.stop()
 
@@ -147,14 +157,26 @@ class Daemon:
             args["dictionary"] = parse_dictionaries(options.dictionary)
 
     def _make_clock(self):
+        if self.options.simulate:
+            return self._make_machine().world
         return VirtualWorld() if self.is_batch else RealClock()
+
+    def _make_machine(self):
+        """The simulated machine, wired by what the config says now."""
+        sections = session.load_sections(self.options.config)
+        seed = machine.read_seed(sections)
+        self.start_args["machine"] = machine.SimMachine(
+            VirtualWorld(seed=seed), sections, seed)
+        return self.start_args["machine"]
 
     def _run_printers(self):
         self._log_versions()
         clock = self._make_clock()
         while True:
             reactor = Reactor(clock)
-            if self.is_batch and not self.options.debuginput:
+            if self.options.simulate:
+                reactor.set_pace(self.options.speed)
+            elif self.is_batch and not self.options.debuginput:
                 reactor.set_pace(1.)
             result = self._run_printer(reactor)
             if result in ("exit", "error_exit"):
@@ -172,6 +194,7 @@ class Daemon:
         printer = Printer(reactor, self.bglogger, self.start_args)
         printer.register_event_handler("klippy:ready", freeze_objects)
         handlers = self._catch_signals(printer)
+        self.notifier.watch(printer)
         try:
             result = printer.run()
         finally:
