@@ -40,9 +40,13 @@ check: host simulator ## Check a printer.cfg: make check CONFIG=printer.cfg
 
 ##@ Develop
 .PHONY: test
-test: setup-test host simulator ## Run the whole test suite, installing what it needs
+test: setup-test setup-clients host simulator ## Run the whole test suite, installing what it needs
 	KLIPPY_PURE=1 $(PY) -m pytest test/unit -p no:cacheprovider
 	$(PY) -m pytest $(TESTS)
+
+.PHONY: test-clients
+test-clients: setup-test setup-clients host simulator ## Have real Moonraker and OctoPrint drive the daemon
+	$(PY) -m pytest test/clients -rs
 
 .PHONY: lint
 lint: setup-lint ## Check style: ruff, cython-lint
@@ -92,11 +96,13 @@ $(VENV)/stamp-lint: $(VENV)/bin/python
 	$(PIP) install "ruff>=0.8" "cython-lint>=0.16"
 	touch $@
 
-.PHONY: setup-run setup-test setup-lint
+.PHONY: setup-run setup-test setup-lint setup-clients
 setup-run: $(VENV)/stamp-run
 setup-test: $(VENV)/stamp-test
 	PYTHON=$(PYTHON3) sh scripts/system_packages.sh test
 setup-lint: $(VENV)/stamp-lint
+setup-clients: $(VENV)/stamp-run
+	$(PY) test/clients/packages.py
 
 include src/firmware.mk
 

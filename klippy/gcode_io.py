@@ -17,7 +17,7 @@ from klippy.errors import PrinterError
 BLOCK_SIZE = 128 * 1024
 MAX_LINE = 1024 * 1024          # bytes without a newline that are kept
 MAX_PENDING_LINES = 1000        # terminal: stop reading beyond
-BUSY_PERIOD = 2.0               # s between busy lines
+BUSY_PERIOD = 2.0               # s between busy lines, unless M113 says another
 _EMERGENCY = re.compile(rb"(?:^|\n)\s*(?:[Nn]\d+\s*)?[Mm]112(?![0-9.])")
 
 
@@ -73,6 +73,8 @@ class Terminal:
         self.splitter = LineSplitter()
         self.pending, self.is_running = [], False
         self.bytes_read = 0
+        self.busy_period = BUSY_PERIOD
+        gcode.register_command("M113", self.cmd_M113, True)
         self.busy_timer = self.reactor.register_timer(self._tell_busy)
         self.handler = self.reactor.register_fd(fd, self._read)
         gcode.register_output_handler(self._respond)
@@ -107,13 +109,11 @@ class Terminal:
 
     def _run_pending(self):
         self.is_running = True
-        self.reactor.update_timer(self.busy_timer,
-                                  self.reactor.monotonic() + BUSY_PERIOD)
+        self._arm_busy_timer()
         try:
             while self.pending and self.handler is not None:
                 self._run_line(self.pending.pop(0))
-                self.reactor.update_timer(self.busy_timer,
-                                          self.reactor.monotonic() + BUSY_PERIOD)
+                self._arm_busy_timer()
         finally:
             self.is_running = False
             self.reactor.update_timer(self.busy_timer, self.reactor.NEVER)
@@ -128,9 +128,24 @@ class Terminal:
             return
         self.gcode.run_terminal_line(line.decode("utf-8", "replace"))
 
+    def cmd_M113(self, gcmd):
+        """Set the seconds between busy lines, 0 for none; without S tell them."""
+        period = gcmd.get_float("S", None, minval=0., maxval=3600.)
+        if period is None:
+            gcmd.respond_info("M113 S%g" % (self.busy_period,), log=False)
+            return
+        self.busy_period = period
+        if self.is_running:
+            self._arm_busy_timer()
+
+    def _arm_busy_timer(self):
+        now, period = self.reactor.monotonic(), self.busy_period
+        self.reactor.update_timer(self.busy_timer,
+                                  now + period if period else self.reactor.NEVER)
+
     def _tell_busy(self, eventtime):
         self._respond("echo:busy: processing")
-        return eventtime + BUSY_PERIOD
+        return eventtime + self.busy_period
 
     def _respond(self, text):
         """Write a response; dropped when the other side does not read."""

@@ -118,6 +118,20 @@ def test_terminal_is_busy_and_obeys_m112(tty):
     assert "ok" in tty.take(4, 5.)
 
 
+def test_sender_chooses_how_often_it_is_told(tty):
+    registry, reactor = tty.printer.gcode, tty.printer.reactor
+    registry.register_command("WAIT", lambda gcmd: reactor.pause(
+        reactor.monotonic() + 6.5))
+    assert tty.send(b"M113\n", 2) == ["// M113 S2", "ok"]
+    tty.send(b"M113 S1\n", 1)
+    busy = ["echo:busy: processing"]
+    assert tty.send(b"WAIT\n", 7, 7.5) == busy * 6 + ["ok"]
+    tty.send(b"M113 S0\n", 1)
+    assert tty.send(b"WAIT\n", 1, 7.5) == ["ok"]
+    registry.run_script("M113 S1")
+    assert tty.take(0, 5.) == []
+
+
 def test_terminal_stops_reading_from_who_does_not_wait(tty, monkeypatch):
     monkeypatch.setattr(gcode_io, "MAX_PENDING_LINES", 10)
     count, reactor = [0], tty.printer.reactor
