@@ -42,6 +42,7 @@ cdef class Move(TrapMove):
     cdef double find_corner_v2(self, Move prev) except -1.
     @cython.locals(v2=double)
     cpdef int calc_junction(self, Move prev, double extra_v2) except -1
+    cdef int forget_junction(self) except -1
     @cython.locals(cap=double, start_v2=double, cruise_v2=double, way=double,
                    half_inv_accel=double, end_v=double)
     cdef int set_profile(self, double end_v2) except -1
@@ -80,6 +81,10 @@ cdef class LookAheadQueue:
     cdef double find_end_full(self, Py_ssize_t i) except -1.
     @cython.locals(move=Move)
     cdef double find_end_calm(self, Py_ssize_t i) except -1.
+    @cython.locals(move=Move, i=Py_ssize_t, hill_top=double, last_top=double)
+    cpdef plan_stop(self)
+    @cython.locals(move=Move)
+    cpdef list restart(self, Py_ssize_t count)
     @cython.locals(move=Move, count=Py_ssize_t, i=Py_ssize_t)
     cpdef list take(self, bint is_final)
 

@@ -166,6 +166,11 @@ class Move(TrapMove):
                                   prev.max_gentle_v2 + prev.gentle_v2)
         return 0
 
+    def forget_junction(self):
+        """Let the move start from rest, as if it was the first."""
+        self.max_start_v2 = self.max_gentle_v2 = 0.
+        return 0
+
     def set_profile(self, end_v2):
         """Make the trapezoid from the plan at the start and at the end."""
         cap = fmin(self.cap_v2, self.max_cruise_v2)
@@ -279,6 +284,30 @@ class LookAheadQueue:
         if is_final:
             self.reset()
         return taken
+
+    def plan_stop(self):
+        """Plan all moves so that the last ends at rest, and keep them all.
+
+        take() plans anew: nothing is decided by this.
+        """
+        hill_top, last_top = self.hill_top, self.last_top
+        self.cap_hills(self.plan_backwards(True), True)
+        for i in range(len(self.queue)):
+            move = self.queue[i]
+            move.set_profile(self.find_end_full(i))
+        self.hill_top, self.last_top = hill_top, last_top
+
+    def restart(self, count):
+        """Drop count moves: the rest, which is returned, starts from rest.
+
+        Its junctions but the first are to be set again.
+        """
+        moves = self.queue[count:]
+        self.reset()
+        for move in moves:
+            move.forget_junction()
+            self.add_move(move)
+        return moves
 
     def plan_backwards(self, is_final):
         """Set the plan at each start, with rest at the end.

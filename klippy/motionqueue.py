@@ -10,6 +10,7 @@ import logging
 import math
 
 from klippy import motionhold
+from klippy.motionguard import MotionGuard
 from klippy_ext.steppersync import StepperSync
 from klippy_ext.trapq import TrapQ
 
@@ -39,8 +40,8 @@ def get(printer):
 class McuMotion:
     """The motion of one mcu: its steppers, and other users of its move queue."""
 
-    def __init__(self, mcu):
-        self.mcu = mcu
+    def __init__(self, mcu, guard):
+        self.mcu, self.guard = mcu, guard
         self.steppers = []
         self.emitters = []
         self.sync = None
@@ -48,6 +49,7 @@ class McuMotion:
 
     def _start(self, serialqueue, move_count):
         self.sync = StepperSync(serialqueue, move_count)
+        self.guard.add(self.sync)
         for stepper in self.steppers:
             self.sync.add(stepper.stepcompress, stepper.kinematics)
         for emitter in self.emitters:
@@ -98,6 +100,7 @@ class MotionQueue:
         self.printer = config.get_printer()
         self.reactor = self.printer.get_reactor()
         self.mcu = self.printer.lookup_object("mcu")
+        self.guard = MotionGuard(self.reactor, self.mcu)
         self.members = {}                # MCU -> McuMotion
         self.trapqs = []
         self.flush_callbacks = []        # (callback, can_add_trapq)
@@ -126,7 +129,7 @@ class MotionQueue:
 
     def _find_member(self, mcu):
         if mcu not in self.members:
-            self.members[mcu] = McuMotion(mcu)
+            self.members[mcu] = McuMotion(mcu, self.guard)
         return self.members[mcu]
 
     def add_stepper(self, stepper):
@@ -201,6 +204,8 @@ class MotionQueue:
         target = min(horizon, self.activity_time)
         if target > self.last_flush_time:
             self._flush(target, min(target, self.step_activity_time))
+        if not self.guard.is_armed:
+            self.watch()
         if self.last_flush_time >= self.activity_time and not is_waiting:
             self.is_armed = False
             return self.reactor.NEVER
@@ -221,6 +226,8 @@ class MotionQueue:
         target = print_time - self.kin_flush_delay
         if target - self.last_step_gen_time >= CHUNK_TIME:
             self._flush(target, target)
+        else:
+            self.watch()
 
     def flush_all_steps(self):
         """Make and send everything to the end of the plan, where motion rests."""
@@ -231,6 +238,7 @@ class MotionQueue:
             self._flush(self.activity_time, self.step_activity_time)
 
     def _flush(self, flush_time, step_gen_time):
+        self.settle()
         flush_time = max(flush_time, self.last_flush_time)
         step_gen_time = max(step_gen_time, self.last_step_gen_time)
         self.hold_if_late(self.is_moving)
@@ -251,14 +259,41 @@ class MotionQueue:
         self.last_flush_time = flush_time
         self.last_step_gen_time = step_gen_time
         self.is_moving = self.step_activity_time > step_gen_time
+        self.watch()
 
     # A late host
+
+    def set_planned_stop(self, stop):
+        """Bring motion to rest by a motionguard.PlannedStop when nobody plans."""
+        self.guard.set_stop(stop)
+
+    def watch(self):
+        """Have motion go on to its planned stop if nobody comes back in time.
+
+        To be called after the plan has changed, which begins with settle().
+        """
+        if (self.step_activity_time <= self.last_step_gen_time or self.is_halted
+                or self.is_dripping or self.ramp is not None
+                or self.mcu.is_fileoutput()):
+            return
+        self.guard.arm(self.last_step_gen_time, self.step_activity_time,
+                       self.kin_flush_delay,
+                       [s for m in self.members.values() for s in m.steppers])
+
+    def settle(self):
+        """Take over from the guard; what it did is part of the plan now."""
+        reached = self.guard.disarm()
+        if reached is not None and reached > self.last_step_gen_time:
+            self.last_step_gen_time = reached
+            self.last_flush_time = max(self.last_flush_time, reached)
+            self.is_moving = self.step_activity_time > reached
 
     def hold_if_late(self, is_moving):
         """Hold print_time if motion that is under way cannot go on in time.
 
         is_moving: whether there is any behind what is made into steps.
         """
+        self.settle()
         if not is_moving or self.is_halted or self.mcu.is_fileoutput():
             return
         now = self.mcu.estimated_print_time(self.reactor.monotonic())
@@ -291,6 +326,7 @@ class MotionQueue:
 
     def calc_step_gen_restart(self, est_print_time):
         """Earliest print_time at which motion may start again after a rest."""
+        self.settle()
         start = max(est_print_time + RESTART_LEAD, self.last_step_gen_time)
         return start + self.kin_flush_delay
 
@@ -305,6 +341,7 @@ class MotionQueue:
             self._flush(end_time + self.kin_flush_delay,
                         end_time + self.kin_flush_delay)
             return
+        self.settle()
         self.is_dripping = True
         try:
             self._drip(start_time, end_time + self.kin_flush_delay, completion)
@@ -326,6 +363,7 @@ class MotionQueue:
 
     def wipe_trapq(self, trapq):
         """Drop all motion of a TrapQ that is not made into steps yet."""
+        self.settle()
         time = self.last_step_gen_time
         rows = trapq.extract_old(1, 0., time)
         if not rows:
@@ -336,5 +374,6 @@ class MotionQueue:
         trapq.set_position(time, x + r_x * way, y + r_y * way, z + r_z * way)
 
     def _handle_shutdown(self):
+        self.settle()
         self.is_halted = True
         self.reactor.update_timer(self.timer, self.reactor.NEVER)

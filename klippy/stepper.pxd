@@ -26,7 +26,7 @@ cdef class MCU_stepper:
     cdef bint wants_both_edges
     # Numbers of messages; what asks for the position
     cdef object queue_step_tag, set_dir_tag, reset_message, position_query
-    cdef list active_callbacks
+    cdef readonly list active_callbacks
 
     cpdef double get_step_dist(self) except? -1.
     cpdef check_active(self, double print_time)

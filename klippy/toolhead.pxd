@@ -25,13 +25,15 @@ cdef class ToolHead:
     cdef public bint is_drained
     cdef public bint can_pause
     cdef public int print_stall
+    cdef public bint is_stopped
 
     @cython.locals(move=Move)
     cpdef int move_xyze(self, double x, double y, double z, double e,
                         double speed) except -1
     @cython.locals(prev=Move, extra_v2=double)
     cdef int add_move(self, Move move) except -1
-    cdef double find_extra_v2(self, Move prev, Move move) except -1.
-    @cython.locals(move=Move, time=double)
+    cpdef double find_extra_v2(self, Move prev, Move move) except -1.
     cdef int commit(self, bint is_final) except -1
+    @cython.locals(move=Move)
+    cpdef double append_moves(self, double time, list moves) except -1.
     cdef int append_extra(self, double print_time, Move move) except -1

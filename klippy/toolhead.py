@@ -13,6 +13,7 @@ import cython
 from klippy.errors import CommandError, ConfigError
 from klippy.gcode_command import Coord
 from klippy.lookahead import LookAheadQueue, MotionLimits, Move
+from klippy.motionguard import PlannedStop
 
 if cython.compiled:
     from cython.cimports.klippy.lookahead import make_move
@@ -22,8 +23,8 @@ else:
 __all__ = ["Coord", "Move", "NoExtruder", "ToolHead", "add_printer_objects", "get"]
 
 # Commands wait while the plan is so far ahead of the mcu, until it is so far
-BUFFER_HIGH = 2.0
-BUFFER_RESUME = 1.5
+BUFFER_HIGH = 3.0
+BUFFER_RESUME = 2.5
 # After a rest motion starts so far ahead of the mcu
 BUFFER_START = 0.250
 # The plan is ended at rest when it reaches less far beyond what is sent
@@ -98,6 +99,9 @@ class ToolHead:
         self.is_drained = True
         self.can_pause = not self.mcu.is_fileoutput()
         self.print_stall = 0
+        # Motion came to its planned stop, which is counted already
+        self.is_stopped = False
+        self.motion_queuing.set_planned_stop(PlannedStop(self))
         self.motion_queuing.register_flush_callback(self._finish_plan,
                                                     can_add_trapq=True)
         self.printer.register_event_handler("klippy:shutdown",
@@ -204,26 +208,33 @@ class ToolHead:
 
     def commit(self, is_final):
         """Put the moves whose speeds are certain on the queues of motion."""
+        self.motion_queuing.settle()
         moves = self.lookahead.take(is_final)
         if moves:
             self._sync_print_time()
-            time = self.print_time
-            for move in moves:
-                if move.is_kinematic_move:
-                    self.trapq.append(time, move)
-                if move.d_e != 0. or move.extra is not None:
-                    self.append_extra(time, move)
-                time += move.accel_t + move.cruise_t + move.decel_t
-                if move.timing_callbacks is not None:
-                    for callback in move.timing_callbacks:
-                        callback(time)
+            time = self.append_moves(self.print_time, moves)
             self.is_drained = is_final
             self.print_time = time
             self.motion_queuing.note_mcu_movequeue_activity(time)
             self.motion_queuing.advance(time)
-        elif is_final:
+            return 0
+        if is_final:
             self.is_drained = True
+        self.motion_queuing.watch()
         return 0
+
+    def append_moves(self, time, moves):
+        """Put planned moves on the queues of motion; returns when they end."""
+        for move in moves:
+            if move.is_kinematic_move:
+                self.trapq.append(time, move)
+            if move.d_e != 0. or move.extra is not None:
+                self.append_extra(time, move)
+            time += move.accel_t + move.cruise_t + move.decel_t
+            if move.timing_callbacks is not None:
+                for callback in move.timing_callbacks:
+                    callback(time)
+        return time
 
     def append_extra(self, print_time, move):
         """Put the ways of extruder and further axes on their queues."""
@@ -249,9 +260,11 @@ class ToolHead:
             earliest = est_print_time + BUFFER_LOW
         if self.print_time >= earliest:
             return
-        if (not self.is_drained
+        if not self.is_stopped and (
+                not self.is_drained
                 or 0. < est_print_time - self.print_time < STALL_TIME):
             self.print_stall += 1
+        self.is_stopped = False
         self.print_time = earliest
         self.printer.send_event("toolhead:sync_print_time", eventtime,
                                 est_print_time, earliest)
@@ -310,11 +323,14 @@ class ToolHead:
 
     def register_lookahead_callback(self, callback):
         """Call callback(print_time) with the time at which the last move ends."""
+        # The guard would go past the callback
+        self.motion_queuing.settle()
         last = self.lookahead.get_last()
         if last is None:
             callback(self.get_last_move_time())
         else:
             last.add_callback(callback)
+            self.motion_queuing.watch()
 
     # Homing
 

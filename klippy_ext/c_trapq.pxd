@@ -25,6 +25,8 @@ cdef extern from "trapq.h" nogil:
     void trapq_delete(trapq *tq)
     int trapq_add(trapq *tq, double print_time, const trap_move *move)
     int trapq_set_position(trapq *tq, double print_time, const double *pos)
+    void trapq_mark(trapq *tq)
+    void trapq_rewind(trapq *tq)
     void trapq_finalize(
         trapq *tq, double print_time, double clear_history_time)
     int trapq_extract(

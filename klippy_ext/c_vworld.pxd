@@ -120,6 +120,11 @@ cdef extern from "vworld.h" nogil:
     uint64_t vworld_make_seed(vworld *w)
     vmcu *vworld_add_mcu(vworld *w, const vmcu_options *o)
     int vworld_add_ticker(vworld *w, double period)
+    ctypedef double (*vworld_alarm_fn)(void *ctx, double now) noexcept nogil
+
+    int vworld_add_alarm(vworld *w, vworld_alarm_fn run, void *ctx)
+    void vworld_set_alarm(vworld *w, int alarm, double wake)
+    void vworld_drop_alarm(vworld *w, int alarm)
     void vworld_limit_slice(vworld *w, double slice)
     vworld_event vworld_run(vworld *w, double limit)
     int vworld_get_ticker(const vworld *w)

@@ -9,6 +9,7 @@ from libc.errno cimport ENOMEM
 from libc.stdint cimport int64_t, uint8_t, uint32_t, uint64_t
 from libc.stdlib cimport free, malloc
 
+from klippy_ext.c_motionlock cimport motionlock_give, motionlock_take
 from klippy_ext.c_qmsg cimport QMSG_DATA_MAX
 from klippy_ext.c_stepcompress cimport (
     stepcompress_add_message,
@@ -63,7 +64,10 @@ cdef class StepCompress:
 
     def reset(self, int64_t clock):
         """The next step's interval counts from clock; direction unknown."""
-        raise_error(stepcompress_reset(self.sc, clock))
+        motionlock_take()
+        ret = stepcompress_reset(self.sc, clock)
+        motionlock_give()
+        raise_error(ret)
 
     def push(self, const double[::1] times, int direction):
         """Add steps by hand: print_times, in order; direction +1 or -1."""
@@ -88,20 +92,31 @@ cdef class StepCompress:
         if not 0 < data.shape[0] <= QMSG_DATA_MAX:
             raise ValueError("a command has 1 to %d bytes, not %d"
                              % (QMSG_DATA_MAX, data.shape[0]))
-        raise_error(stepcompress_add_message(
-            self.sc, &data[0], data.shape[0], clock))
+        motionlock_take()
+        ret = stepcompress_add_message(self.sc, &data[0], data.shape[0], clock)
+        motionlock_give()
+        raise_error(ret)
 
     def set_last_position(self, int64_t clock, int64_t position):
         """All steps so far led to this position, at clock."""
-        raise_error(stepcompress_set_last_position(self.sc, clock, position))
+        motionlock_take()
+        ret = stepcompress_set_last_position(self.sc, clock, position)
+        motionlock_give()
+        raise_error(ret)
 
     def get_last_position(self):
         """Position after all steps so far."""
-        return stepcompress_get_last_position(self.sc)
+        motionlock_take()
+        position = stepcompress_get_last_position(self.sc)
+        motionlock_give()
+        return position
 
     def find_past_position(self, int64_t clock):
         """Position at a clock, as far as the history goes back."""
-        return stepcompress_find_position(self.sc, clock)
+        motionlock_take()
+        position = stepcompress_find_position(self.sc, clock)
+        motionlock_give()
+        return position
 
     def extract_old(self, int max, int64_t start_clock, int64_t end_clock):
         """Runs that overlap the span of clocks, newest first, at most max.
@@ -117,8 +132,10 @@ cdef class StepCompress:
         if h is NULL:
             raise MemoryError()
         try:
+            motionlock_take()
             count = stepcompress_extract(
                 self.sc, h, max, start_clock, end_clock)
+            motionlock_give()
             return [(h[i].first_clock, h[i].last_clock, h[i].start_position,
                      h[i].count, h[i].interval, h[i].add)
                     for i in range(count)]

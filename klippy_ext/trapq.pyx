@@ -9,6 +9,7 @@ from libc.errno cimport ENOMEM
 from libc.stdint cimport uintptr_t
 from libc.stdlib cimport free, malloc
 
+from klippy_ext.c_motionlock cimport motionlock_give, motionlock_take
 from klippy_ext.c_trapq cimport (
     trap_move,
     trap_record,
@@ -18,7 +19,9 @@ from klippy_ext.c_trapq cimport (
     trapq_delete,
     trapq_extract,
     trapq_finalize,
+    trapq_mark,
     trapq_new,
+    trapq_rewind,
     trapq_set_position,
 )
 
@@ -72,6 +75,7 @@ cdef class TrapQ:
         Raises ValueError if a value is not finite or a time is negative.
         """
         cdef trap_move m
+        cdef int ret
         m.accel_t = move.accel_t
         m.cruise_t = move.cruise_t
         m.decel_t = move.decel_t
@@ -84,7 +88,10 @@ cdef class TrapQ:
         m.start_v = move.start_v
         m.cruise_v = move.cruise_v
         m.accel = move.accel
-        raise_error(trapq_add(self.tq, print_time, &m))
+        motionlock_take()
+        ret = trapq_add(self.tq, print_time, &m)
+        motionlock_give()
+        raise_error(ret)
         return 0
 
     def set_position(self, double print_time, double x, double y, double z):
@@ -94,11 +101,24 @@ cdef class TrapQ:
         Raises ValueError if a value is not finite.
         """
         cdef double[3] pos = [x, y, z]
-        raise_error(trapq_set_position(self.tq, print_time, pos))
+        motionlock_take()
+        ret = trapq_set_position(self.tq, print_time, pos)
+        motionlock_give()
+        raise_error(ret)
+
+    def mark(self):
+        """Allow that what is appended from here on is taken back."""
+        trapq_mark(self.tq)
+
+    def rewind(self):
+        """Take back what was appended behind the mark; no steps are made of it."""
+        trapq_rewind(self.tq)
 
     def finalize(self, double print_time, double clear_history_time):
         """Steps up to print_time are made; forget older history."""
+        motionlock_take()
         trapq_finalize(self.tq, print_time, clear_history_time)
+        motionlock_give()
 
     def extract_old(self, int max, double start_time, double end_time):
         """Moves that overlap the span of time, newest first, at most max.
@@ -112,7 +132,9 @@ cdef class TrapQ:
         if r is NULL:
             raise MemoryError()
         try:
+            motionlock_take()
             count = trapq_extract(self.tq, r, max, start_time, end_time)
+            motionlock_give()
             return [(r[i].print_time, r[i].move_t, r[i].start_v, r[i].accel,
                      r[i].start[0], r[i].start[1], r[i].start[2],
                      r[i].axes_r[0], r[i].axes_r[1], r[i].axes_r[2])

@@ -5,6 +5,7 @@
 
 #include "kin_extruder.h"
 #include "kin_linear.h"
+#include "motionlock.h"
 #include "trapq.h"
 
 /* Same layout as struct trap_record. */
@@ -57,22 +58,31 @@ trapq_append(struct trapq *tq, double print_time, double accel_t,
         .start_v = start_v, .cruise_v = cruise_v, .accel = accel,
     };
 
+    motionlock_take();
     (void)trapq_add(tq, print_time, &move);
+    motionlock_give();
 }
 
 void
 trapq_finalize_moves(struct trapq *tq, double print_time,
                      double clear_history_time)
 {
+    motionlock_take();
     trapq_finalize(tq, print_time, clear_history_time);
+    motionlock_give();
 }
 
 int
 trapq_extract_old(struct trapq *tq, struct pull_move *p, int max,
                   double start_time, double end_time)
 {
-    return trapq_extract(tq, (struct trap_record *)p, max, start_time,
-                         end_time);
+    int count;
+
+    motionlock_take();
+    count = trapq_extract(tq, (struct trap_record *)p, max, start_time,
+                          end_time);
+    motionlock_give();
+    return count;
 }
 
 /* Both may be freed by free(). */

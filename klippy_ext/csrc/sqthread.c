@@ -14,6 +14,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include "realtime.h"
 #include "serialqueue_internal.h"
 
 enum { READ_SIZE = 4096, POLL_FD = 0, POLL_WAKE = 1 };
@@ -150,6 +151,7 @@ run_thread(void *arg)
     struct serialqueue *sq = arg;
     struct iothread *io = sq->driver_state;
 
+    realtime_raise_thread();
     pthread_mutex_lock(&sq->lock);
     while (!sq->is_closed) {
         double wake = sq->error ? INFINITY

@@ -159,6 +159,14 @@ steppersync_flush(struct steppersync *ss, uint64_t clock, uint64_t clear_clock)
 }
 
 int
+steppersync_flush_until(struct steppersync *ss, double print_time)
+{
+    double clock = (print_time - ss->offset) * ss->freq;
+
+    return steppersync_flush(ss, clock > 0. ? (uint64_t)clock : 0, 0);
+}
+
+int
 steppersync_check(const struct steppersync *ss)
 {
     for (uint32_t i = 1; i < ss->move_count; i++)

@@ -46,6 +46,10 @@ int steppersync_get_failed(const struct steppersync *ss);
 int steppersync_flush(struct steppersync *ss, uint64_t clock,
                       uint64_t clear_clock);
 
+/* As flush(), with the last set_time(), of all that happens before a
+ * print_time; no history is forgotten. */
+int steppersync_flush_until(struct steppersync *ss, double print_time);
+
 /* 0, or a negative number that says which invariant does not hold. */
 int steppersync_check(const struct steppersync *ss);
 

@@ -151,6 +151,22 @@ trapq_set_position(struct trapq *tq, double print_time, const double pos[3])
 }
 
 void
+trapq_mark(struct trapq *tq)
+{
+    tq->mark_end = tq->end;
+    tq->mark_time = tq->end_time;
+}
+
+void
+trapq_rewind(struct trapq *tq)
+{
+    if (tq->mark_end >= tq->live && tq->mark_end < tq->end) {
+        tq->end = tq->mark_end;
+        tq->end_time = tq->mark_time;
+    }
+}
+
+void
 trapq_finalize(struct trapq *tq, double print_time, double clear_history_time)
 {
     uint64_t size = tq->mask + 1, used;

@@ -28,6 +28,8 @@ struct trapq {
     uint64_t mask;              /* size of the ring - 1 */
     uint64_t oldest, live, end;
     double end_time;            /* print_time at which the last one ends */
+    uint64_t mark_end;          /* see trapq_mark() */
+    double mark_time;
 };
 
 /* One move as planned: speed up, cruise, slow down. */
@@ -57,6 +59,11 @@ int trapq_add(struct trapq *tq, double print_time,
  * trapq_add(). */
 int trapq_set_position(struct trapq *tq, double print_time,
                        const double pos[3]);
+
+/* What is appended from here on may be taken back, until steps are made of it:
+ * rewind() makes the queue end where it did at the mark. */
+void trapq_mark(struct trapq *tq);
+void trapq_rewind(struct trapq *tq);
 
 /* Steps up to print_time are made: those segments become history, of which
  * what ended before clear_history_time is forgotten. */

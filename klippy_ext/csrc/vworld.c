@@ -16,6 +16,12 @@ struct ticker {
     uint64_t count;             /* of calls so far */
 };
 
+struct alarm {
+    vworld_alarm_fn run;        /* NULL: not in use */
+    void *ctx;
+    double wake;
+};
+
 struct vworld {
     struct hostclock clock;     /* first: see read_world() */
     double now;
@@ -24,13 +30,15 @@ struct vworld {
     int n_mcus;
     struct ticker *tickers;
     int n_tickers, due_ticker;
+    struct alarm *alarms;
+    int n_alarms;
     double slice;
     struct vworld_stats stats;
     char error[256];
 };
 
 /* What happens next, and to whom. */
-enum kind { NOTHING, TO_MCU, FROM_MCU, HOST_WAKE, TICK };
+enum kind { NOTHING, TO_MCU, FROM_MCU, HOST_WAKE, ALARM, TICK };
 struct event {
     double time;
     enum kind kind;
@@ -67,6 +75,7 @@ vworld_free(struct vworld *w)
     }
     free(w->mcus);
     free(w->tickers);
+    free(w->alarms);
     free(w);
 }
 
@@ -133,6 +142,36 @@ vworld_add_ticker(struct vworld *w, double period)
     return w->n_tickers++;
 }
 
+int
+vworld_add_alarm(struct vworld *w, vworld_alarm_fn run, void *ctx)
+{
+    struct alarm *alarms, new = { run, ctx, INFINITY };
+
+    for (int i = 0; i < w->n_alarms; i++)
+        if (!w->alarms[i].run) {
+            w->alarms[i] = new;
+            return i;
+        }
+    alarms = grow(w->alarms, w->n_alarms, sizeof(*alarms));
+    if (!alarms)
+        return -1;
+    w->alarms = alarms;
+    alarms[w->n_alarms] = new;
+    return w->n_alarms++;
+}
+
+void
+vworld_set_alarm(struct vworld *w, int alarm, double wake)
+{
+    w->alarms[alarm].wake = wake;
+}
+
+void
+vworld_drop_alarm(struct vworld *w, int alarm)
+{
+    w->alarms[alarm] = (struct alarm) { NULL, NULL, INFINITY };
+}
+
 void
 vworld_limit_slice(struct vworld *w, double slice)
 {
@@ -157,6 +196,8 @@ find_event(const struct vworld *w)
         consider(&e, vlink_get_arrival(l, VLINK_FROM_MCU), FROM_MCU, i);
         consider(&e, l->wake, HOST_WAKE, i);
     }
+    for (int i = 0; i < w->n_alarms; i++)
+        consider(&e, w->alarms[i].wake, ALARM, i);
     for (int i = 0; i < w->n_tickers; i++) {
         const struct ticker *t = &w->tickers[i];
         double time = t->start + (double)(t->count + 1) * t->period;
@@ -235,6 +276,14 @@ run_host(struct vworld *w, struct vlink *l)
 }
 
 static enum vworld_event
+run_alarm(struct vworld *w, struct alarm *alarm)
+{
+    alarm->wake = INFINITY;
+    alarm->wake = alarm->run(alarm->ctx, w->now);
+    return VWORLD_LIMIT;
+}
+
+static enum vworld_event
 handle_event(struct vworld *w, const struct event *e)
 {
     if (e->time > w->now)
@@ -247,6 +296,8 @@ handle_event(struct vworld *w, const struct event *e)
         return deliver_to_host(w, &w->mcus[e->index]->link);
     case HOST_WAKE:
         return run_host(w, &w->mcus[e->index]->link);
+    case ALARM:
+        return run_alarm(w, &w->alarms[e->index]);
     case TICK:
         w->tickers[e->index].count++;
         w->due_ticker = e->index;

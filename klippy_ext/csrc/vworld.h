@@ -43,6 +43,13 @@ uint64_t vworld_make_seed(struct vworld *w);
 struct vmcu *vworld_add_mcu(struct vworld *w, const struct vmcu_options *o);
 /* Returns the ticker's number, or -1 when out of memory. */
 int vworld_add_ticker(struct vworld *w, double period);
+/* Something of the host's own: run(ctx, now) is called when the time has come
+ * for which it was set, and returns the next.  -1 when out of memory. */
+typedef double (*vworld_alarm_fn)(void *ctx, double now);
+int vworld_add_alarm(struct vworld *w, vworld_alarm_fn run, void *ctx);
+void vworld_set_alarm(struct vworld *w, int alarm, double wake);
+/* Never call it again. */
+void vworld_drop_alarm(struct vworld *w, int alarm);
 /* Longest slice from now on (s). */
 void vworld_limit_slice(struct vworld *w, double slice);
 

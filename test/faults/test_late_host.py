@@ -5,6 +5,7 @@ import random
 import re
 
 import machine_configs
+import numpy as np
 import pytest
 from judge import Judge
 from printer_run import PrinterRun
@@ -12,14 +13,27 @@ from test_exact_steps import cut_sample, make_config
 
 KIND = "cartesian"
 N_LINES = 1500
+# The speed before a rest is measured over so long (s), and is then below (mm/s)
+SPAN = 0.004
+SLOW = 25.
 
 
 class StallingRun(PrinterRun):
-    """Stands still for so many s, again and again, while a file is printed."""
+    """Stands still for so many s, again and again, while a file is printed.
 
-    def __init__(self, config, folder, stall, seed=1):
+    is_whole: no other thread of the process runs meanwhile either.
+    """
+
+    def __init__(self, config, folder, stall, seed=1, is_whole=False):
         super().__init__(config, folder, seed)
         self.stall, self.draw, self.n_stalls = stall, random.Random(seed), 0
+        self.is_whole = is_whole
+
+    @property
+    def motors(self):
+        """All MCU_stepper."""
+        motion = self.printer.lookup_object("motion_queuing")
+        return [m for member in motion.members.values() for m in member.steppers]
 
     def _print_file(self, gcode, path):
         reactor = self.printer.get_reactor()
@@ -29,13 +43,15 @@ class StallingRun(PrinterRun):
 
     def _stand_still(self, eventtime):
         """The world goes on, and the host does not look."""
+        if self.is_whole:
+            self.printer.lookup_object("motion_queuing").settle()
         while self.world.monotonic() < eventtime + self.stall:
             self.world.advance(eventtime + self.stall)
         self.n_stalls += 1
         return self.world.monotonic() + self.draw.uniform(0.3, 4.)
 
 
-@pytest.mark.parametrize("stall", [0.01, 0.1, 0.5])
+@pytest.mark.parametrize("stall", [0.01, 0.1, 0.5, 2.])
 def test_short_stalls_leave_no_trace(tmp_path, stall):
     """Every step lies where it would have been, and nothing was late."""
     config = make_config(KIND)
@@ -50,26 +66,64 @@ def test_short_stalls_leave_no_trace(tmp_path, stall):
                      ).check().values()) > 1000
 
 
-@pytest.mark.parametrize("kind, stall", [
-    ("cartesian", 2.), ("corexy", 3.), ("delta", 2.5), ("two_mcus", 2.),
-    ("cartesian", 4.)])
-def test_long_stalls_hold_the_print(tmp_path, kind, stall):
-    """Motion stands still and goes on at the place where it stood."""
+def measure_stops(run, limit=0.3):
+    """Speeds (mm/s) at which x and y last moved before all rests of `limit` s."""
+    tables = []
+    for name in ("stepper_x", "stepper_y"):
+        stepper = next(m for m in run.motors if m.get_name() == name)
+        times, dirs = run.get_steps(name)
+        tables.append(np.stack([times, dirs * stepper.get_step_dist()], 1))
+    both = np.concatenate(tables)
+    times = np.sort(both[:, 0])
+    rests = times[:-1][np.diff(times) > limit]
+    speeds = []
+    for end in rests:
+        ways = [table[(table[:, 0] > end - SPAN) & (table[:, 0] <= end), 1].sum()
+                for table in tables]
+        speeds.append(np.hypot(*ways) / SPAN)
+    return np.array(speeds)
+
+
+def run_stalls(tmp_path, kind, stall, **options):
+    """A print with stalls and one without; both end alike."""
     config = (machine_configs.make_two_mcus() if kind == "two_mcus"
               else make_config(kind))
     machine = "cartesian" if kind == "two_mcus" else kind
     before, job = cut_sample("cube20.gcode", machine, N_LINES)
     path = tmp_path / "job.gcode"
     path.write_text(job)
-    run = StallingRun(config, tmp_path, stall).run([before, path], 1)
+    run = StallingRun(config, tmp_path, stall, **options).run([before, path], 1)
     plain = PrinterRun(config, tmp_path).run([before, path], 1)
-    assert run.n_stalls > 10
-    assert run.printer.lookup_object("motion_queuing").n_holds > 5
+    assert run.n_stalls > 8
     assert run.count_late_events() == 0
     assert run.snapshots[-1].position == plain.snapshots[-1].position
     assert run.snapshots[-1].counts == plain.snapshots[-1].counts
     for name, table in run.steps.items():
         assert len(table) >= len(plain.steps[name])
+    return run
+
+
+@pytest.mark.parametrize("kind, stall", [
+    ("cartesian", 4.), ("corexy", 3.), ("delta", 3.5), ("two_mcus", 4.)])
+def test_long_stalls_end_in_a_planned_stop(tmp_path, kind, stall):
+    """Motion slows down on its way, rests, and goes on when the host is back."""
+    run = run_stalls(tmp_path, kind, stall)
+    motion, toolhead = map(run.printer.lookup_object,
+                           ("motion_queuing", "toolhead"))
+    assert motion.guard.n_stops > 5 and motion.n_holds == 0
+    assert toolhead.print_stall == motion.guard.n_stops
+    if kind in ("cartesian", "two_mcus"):
+        speeds = measure_stops(run)
+        assert len(speeds) > 5 and speeds.max() < SLOW
+
+
+@pytest.mark.parametrize("kind, stall", [
+    ("cartesian", 2.8), ("corexy", 3.), ("delta", 3.5), ("two_mcus", 3.),
+    ("cartesian", 4.)])
+def test_a_stopped_process_holds_the_print(tmp_path, kind, stall):
+    """Motion stands where what was sent ends, and goes on from there."""
+    run = run_stalls(tmp_path, kind, stall, is_whole=True)
+    assert run.printer.lookup_object("motion_queuing").n_holds > 5
 
 
 def test_late_output_comes_at_once(tmp_path):

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ *
+ * One lock for planned motion and its steps: whoever plans, asks or makes
+ * steps holds it for as long as one call takes.  Only the thread of a
+ * stepguard ever competes with the main thread for it.
+ */
+#ifndef MOTIONLOCK_H
+#define MOTIONLOCK_H
+
+#include <pthread.h>
+
+extern pthread_mutex_t motionlock;
+
+static inline void
+motionlock_take(void)
+{
+    pthread_mutex_lock(&motionlock);
+}
+
+static inline void
+motionlock_give(void)
+{
+    pthread_mutex_unlock(&motionlock);
+}
+
+#endif
