@@ -105,6 +105,7 @@ class MotionQueue:
         self.trapqs = []
         self.flush_callbacks = []        # (callback, can_add_trapq)
         self.kin_flush_delay = 0.
+        self.reserved_windows, self.n_reserved = {}, 0
         self.last_flush_time = self.last_step_gen_time = 0.
         # Until when there is something to send, and to make steps of
         self.activity_time = self.step_activity_time = 0.
@@ -147,13 +148,25 @@ class MotionQueue:
 
     def check_scan_windows(self):
         """Find out how much motion around a time its steps depend on."""
-        self.kin_flush_delay = max(
-            (max(s.kinematics.scan_window()) for m in self.members.values()
-             for s in m.steppers if s.kinematics is not None), default=0.)
+        windows = [max(s.kinematics.scan_window()) for m in self.members.values()
+                   for s in m.steppers if s.kinematics is not None]
+        self.kin_flush_delay = max([*windows, *self.reserved_windows.values()],
+                                   default=0.)
 
     def reserve_scan_window(self, window):
-        """Steps will depend on so many s of motion, once the plan gets there."""
+        """Steps will depend on so many s of motion, once the plan gets there.
+
+        Returns a number for release_scan_window(), to be called when they do.
+        """
+        self.n_reserved += 1
+        self.reserved_windows[self.n_reserved] = window
         self.kin_flush_delay = max(self.kin_flush_delay, window)
+        return self.n_reserved
+
+    def release_scan_window(self, number):
+        """A reserved window is one of the kinematics now, or not needed."""
+        del self.reserved_windows[number]
+        self.check_scan_windows()
 
     # Old name of the same
     check_step_generation_scan_windows = check_scan_windows

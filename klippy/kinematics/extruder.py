@@ -99,15 +99,15 @@ class ExtruderStepper:
 
     def _use(self, settings):
         """Lead the moves to come as a PressureAdvance says."""
-        self.motion_queuing.reserve_scan_window(settings.get_reach())
+        window = self.motion_queuing.reserve_scan_window(settings.get_reach())
         toolhead = self.printer.lookup_object("toolhead")
         toolhead.register_lookahead_callback(
-            lambda print_time: self._apply(print_time, settings))
+            lambda print_time: self._apply(print_time, settings, window))
         self.settings = settings
 
-    def _apply(self, print_time, settings):
+    def _apply(self, print_time, settings, window):
         settings.apply(self.drive, print_time)
-        self.motion_queuing.check_scan_windows()
+        self.motion_queuing.release_scan_window(window)
 
     cmd_SET_PRESSURE_ADVANCE_help = "Set pressure advance parameters"
 

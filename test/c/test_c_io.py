@@ -10,7 +10,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 CSRC = ROOT / "klippy_ext" / "csrc"
 CORE = ["msgblock", "qmsg", "rto", "cmdqueue", "sqcore", "sqreceive"]
 WORLD = ["hostclock", "serialqueue", "sqvirtual", "vlink", "vmcu", "vtrace", "vworld"]
-THREADED = ["hostclock", "serialqueue", "sqthread", "trdispatch"]
+THREADED = ["hostclock", "realtime", "serialqueue", "sqthread", "trdispatch"]
 FLAGS = ["-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Wshadow", "-Wconversion",
          "-Wno-sign-conversion", "-Werror", "-fno-omit-frame-pointer"]
 MEMORY = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]

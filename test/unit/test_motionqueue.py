@@ -124,6 +124,16 @@ def test_chunks_stay_clear_of_motion_that_may_change(queue):
     assert queue.get_kin_flush_delay() == 0.15
 
 
+def test_a_reserved_window_stays_until_it_is_released(queue):
+    wide, wider = queue.reserve_scan_window(0.2), queue.reserve_scan_window(0.3)
+    queue.check_scan_windows()
+    assert queue.get_kin_flush_delay() == 0.3
+    queue.release_scan_window(wider)
+    assert queue.get_kin_flush_delay() == 0.2
+    queue.release_scan_window(wide)
+    assert queue.get_kin_flush_delay() == 0.
+
+
 def test_timer_makes_the_end_of_the_plan_just_in_time(queue, reactor):
     flushes = Flushes(queue)
     queue.note_mcu_movequeue_activity(2.)
