@@ -18,6 +18,7 @@ class MCU_pwm:
         self._hardware_pwm = False
         self._cycle_time = 0.100
         self._max_duration = 2.
+        self._expiry_callback = None
         self._start_value = self._shutdown_value = float(self._invert)
         self._pwm_max = 0.
         self._last_clock = 0
@@ -32,6 +33,13 @@ class MCU_pwm:
     def setup_max_duration(self, max_duration):
         """Time after which the mcu shuts down without a new value; 0: never."""
         self._max_duration = max_duration
+
+    def setup_expiry(self, callback):
+        """Have the pin rest after max_duration, if the mcu can, without shutdown.
+
+        callback() is called when it does, on the response thread.
+        """
+        self._expiry_callback = callback
 
     def setup_cycle_time(self, cycle_time, hardware_pwm=False):
         """Length of one on-off cycle in s, and who makes it."""
@@ -87,6 +95,7 @@ class MCU_pwm:
             self._oid, self._pin, cycle_ticks, start, stop, duration))
         mcu.add_config_cmd("queue_pwm_out oid=%d clock=%d value=%d"
                            % (self._oid, self._last_clock, start), on_restart=True)
+        self._build_expiry("rest_pwm_out")
         self._set_cmd = mcu.lookup_command(
             "queue_pwm_out oid=%c clock=%u value=%hu", cq=mcu.alloc_command_queue())
 
@@ -106,6 +115,18 @@ class MCU_pwm:
             "queue_digital_out oid=%d clock=%d on_ticks=%d"
             % (self._oid, self._last_clock,
                int(self._start_value * self._pwm_max + 0.5)), is_init=True)
+        self._build_expiry("rest_digital_out")
         self._set_cmd = mcu.lookup_command(
             "queue_digital_out oid=%c clock=%u on_ticks=%u",
             cq=mcu.alloc_command_queue())
+
+    def _build_expiry(self, name):
+        mcu = self._mcu
+        if (self._expiry_callback is None or not self._max_duration
+                or mcu.try_lookup_command(name + " oid=%c") is None):
+            return
+        mcu.add_config_cmd("%s oid=%d" % (name, self._oid))
+        mcu.register_response(self._handle_expired, "output_expired", self._oid)
+
+    def _handle_expired(self, params):
+        self._expiry_callback()

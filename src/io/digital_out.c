@@ -24,6 +24,7 @@ struct digital_out {
 static const ROM struct oid_kind digital_out_kind = {
     sizeof(struct digital_out)
 };
+static struct task_wake digital_wake;
 
 static void set_level(struct digital_out *d, uint8_t level)
 {
@@ -93,8 +94,17 @@ static bool apply_value(struct timed_output *out, uint32_t value,
                       clock);
 }
 
+static void rest(struct timed_output *out)
+{
+    struct digital_out *d = CONTAINER_OF(out, struct digital_out, out);
+
+    set_output(d, d->default_level ? UINT32_MAX : 0, 0);
+}
+
 static const struct timed_output_kind digital_timed_kind = {
     .apply = apply_value,
+    .rest = rest,
+    .wake = &digital_wake,
     .follow = follow,
     .missed = DECL_STRING_ID("Missed scheduling of next digital out event"),
     .exceeds = DECL_STRING_ID(
@@ -162,6 +172,30 @@ void command_set_digital_out(const struct args_set_digital_out *args)
     gpio_setup_output(args->pin, args->value != 0);
 }
 DECL_COMMAND(command_set_digital_out, "set_digital_out pin=%u value=%c");
+
+#if TIMED_OUTPUT_REST
+/* From now on it does not shut the mcu down when max_duration is over. */
+void command_rest_digital_out(const struct args_rest_digital_out *args)
+{
+    struct digital_out *d = oid_lookup(args->oid, &digital_out_kind);
+
+    d->out.is_resting = true;
+}
+DECL_COMMAND(command_rest_digital_out, "rest_digital_out oid=%c");
+
+void digital_out_task(void)
+{
+    struct digital_out *d;
+    int16_t oid = -1;
+
+    if (!sched_take(&digital_wake))
+        return;
+    while ((d = oid_next(&oid, &digital_out_kind)))
+        if (timed_output_take_expired(&d->out))
+            sendf("output_expired oid=%c", (uint8_t)oid);
+}
+DECL_TASK(digital_out_task);
+#endif
 
 void digital_out_shutdown(void)
 {

@@ -15,6 +15,7 @@ struct pwm_out {
 };
 
 static const ROM struct oid_kind pwm_out_kind = { sizeof(struct pwm_out) };
+static struct task_wake pwm_wake;
 
 static bool apply_value(struct timed_output *out, uint32_t value,
                         uint32_t clock)
@@ -26,8 +27,17 @@ static bool apply_value(struct timed_output *out, uint32_t value,
     return value == p->default_value;
 }
 
+static void rest(struct timed_output *out)
+{
+    struct pwm_out *p = CONTAINER_OF(out, struct pwm_out, out);
+
+    pwm_write(p->pin, p->default_value);
+}
+
 static const struct timed_output_kind pwm_timed_kind = {
     .apply = apply_value,
+    .rest = rest,
+    .wake = &pwm_wake,
     .missed = DECL_STRING_ID("Missed scheduling of next hard pwm event"),
     .exceeds = DECL_STRING_ID("Scheduled pwm event will exceed max_duration"),
 };
@@ -61,6 +71,30 @@ void command_set_pwm_out(const struct args_set_pwm_out *args)
 }
 DECL_COMMAND(command_set_pwm_out,
              "set_pwm_out pin=%u cycle_ticks=%u value=%hu");
+
+#if TIMED_OUTPUT_REST
+/* From now on it does not shut the mcu down when max_duration is over. */
+void command_rest_pwm_out(const struct args_rest_pwm_out *args)
+{
+    struct pwm_out *p = oid_lookup(args->oid, &pwm_out_kind);
+
+    p->out.is_resting = true;
+}
+DECL_COMMAND(command_rest_pwm_out, "rest_pwm_out oid=%c");
+
+void pwm_out_task(void)
+{
+    struct pwm_out *p;
+    int16_t oid = -1;
+
+    if (!sched_take(&pwm_wake))
+        return;
+    while ((p = oid_next(&oid, &pwm_out_kind)))
+        if (timed_output_take_expired(&p->out))
+            sendf("output_expired oid=%c", (uint8_t)oid);
+}
+DECL_TASK(pwm_out_task);
+#endif
 
 void pwm_out_shutdown(void)
 {

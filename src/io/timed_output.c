@@ -12,6 +12,34 @@ struct timed_value {
     uint32_t clock, value;
 };
 
+#if TIMED_OUTPUT_REST
+/* Irqs off: max_duration is over, or will be before the next value. */
+static void expire(struct timed_output *out, uint16_t reason)
+{
+    if (!out->is_resting)
+        sched_shutdown(reason);
+    out->kind->rest(out);
+    out->is_default = out->is_expired = true;
+    sched_wake(out->kind->wake);
+}
+
+bool timed_output_take_expired(struct timed_output *out)
+{
+    irq_flag_t flag = irq_save();
+    bool is_expired = out->is_expired;
+
+    out->is_expired = false;
+    irq_restore(flag);
+    return is_expired;
+}
+#else
+static void expire(struct timed_output *out, uint16_t reason)
+{
+    (void)out;
+    sched_shutdown(reason);
+}
+#endif
+
 /* Set the timer for what comes next: a value, the limit, or nothing. */
 static bool plan_next(struct timed_output *out, uint32_t clock,
                       bool is_default)
@@ -21,7 +49,7 @@ static bool plan_next(struct timed_output *out, uint32_t clock,
     struct timed_value *next = out->first;
 
     if (next && has_limit && timer_is_before(limit, next->clock))
-        sched_shutdown(out->kind->exceeds);
+        expire(out, out->kind->exceeds);
     out->has_limit = has_limit && !next;
     out->is_waiting = next || has_limit;
     out->timer.waketime = next ? next->clock : limit;
@@ -98,8 +126,11 @@ static bool value_event(struct timer *timer)
     struct timed_output *out = CONTAINER_OF(timer, struct timed_output, timer);
     struct timed_value *head = out->first;
 
-    if (!head)
-        sched_shutdown(out->kind->missed);
+    if (!head) {
+        expire(out, out->kind->missed);
+        out->has_limit = out->is_waiting = false;
+        return TIMER_DONE;
+    }
     out->is_default = out->kind->apply(out, head->value, head->clock);
     return go_on(out, head->next);
 }
@@ -130,9 +161,11 @@ void timed_output_start(struct timed_output *out, bool is_default)
  * can happen meanwhile. */
 static void wait_for(struct timed_output *out, struct timed_value *cell)
 {
+    irq_flag_t flag = irq_save();
+
     if (out->has_limit) {
         if (timer_is_before(out->timer.waketime, cell->clock))
-            sched_shutdown(out->kind->exceeds);
+            expire(out, out->kind->exceeds);
         sched_del_timer(&out->timer);
         out->has_limit = false;
     }
@@ -141,6 +174,7 @@ static void wait_for(struct timed_output *out, struct timed_value *cell)
     out->timer.waketime = cell->clock;
     out->is_waiting = true;
     sched_add_timer(&out->timer);
+    irq_restore(flag);
 }
 
 void timed_output_queue(struct timed_output *out, uint32_t clock,
@@ -174,5 +208,5 @@ void timed_output_clear(struct timed_output *out)
     out->timer.event = value_event;
     out->first = NULL;
     out->last = &out->first;
-    out->is_waiting = out->has_limit = false;
+    out->is_waiting = out->has_limit = out->is_expired = false;
 }

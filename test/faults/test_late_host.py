@@ -104,7 +104,7 @@ def run_stalls(tmp_path, kind, stall, **options):
 
 
 @pytest.mark.parametrize("kind, stall", [
-    ("cartesian", 4.), ("corexy", 3.), ("delta", 3.5), ("two_mcus", 4.)])
+    ("cartesian", 4.), ("corexy", 3.), ("delta", 3.5), ("two_mcus", 5.)])
 def test_long_stalls_end_in_a_planned_stop(tmp_path, kind, stall):
     """Motion slows down on its way, rests, and goes on when the host is back."""
     run = run_stalls(tmp_path, kind, stall)
@@ -124,6 +124,16 @@ def test_a_stopped_process_holds_the_print(tmp_path, kind, stall):
     """Motion stands where what was sent ends, and goes on from there."""
     run = run_stalls(tmp_path, kind, stall, is_whole=True)
     assert run.printer.lookup_object("motion_queuing").n_holds > 5
+
+
+@pytest.mark.parametrize("kind, stall, is_whole", [
+    ("cartesian", 20., True), ("two_mcus", 8., False)])
+def test_heaters_rest_without_a_host(tmp_path, kind, stall, is_whole):
+    """The mcu turns them off in time; the print goes on when they are warm."""
+    run = run_stalls(tmp_path, kind, stall, is_whole=is_whole)
+    told = [text for text in run.responses if "was turned off meanwhile" in text]
+    assert len(told) > 5
+    assert run.printer.lookup_object("extruder").heater.n_expired > 5
 
 
 def test_late_output_comes_at_once(tmp_path):

@@ -58,6 +58,55 @@ def test_max_duration_expires(board):
     assert board.list_edges(PIN, 1) == [(10000, 1), (60000, 0)]
 
 
+def rest(board, value=0):
+    board.configure(digital(value, value, max_duration=50000))
+    board.send("rest_digital_out", oid=0)
+
+
+def list_expired(board):
+    return board.list_messages("output_expired")
+
+
+def test_a_resting_output_expires_without_shutdown(board):
+    rest(board)
+    queue(board, 10000, 1)
+    board.run_for(.1)
+    assert board.list_edges(PIN, 1) == [(10000, 1), (60000, 0)]
+    assert board.find_shutdown() is None and len(list_expired(board)) == 1
+    # and it can be used again
+    again = board.clock + 10000
+    queue(board, again, 1)
+    queue(board, again + 9000, 0)
+    board.run_for(.1)
+    assert board.list_edges(PIN, 1)[2:] == [(again, 1), (again + 9000, 0)]
+    assert board.find_shutdown() is None and len(list_expired(board)) == 1
+
+
+def test_a_resting_output_with_cycles_expires(board):
+    rest(board)
+    board.send("set_digital_out_pwm_cycle", oid=0, cycle_ticks=20000)
+    queue(board, 10000, 15000)
+    board.run_for(.1)
+    assert board.list_edges(PIN, 1) == [
+        (10000, 1), (25000, 0), (30000, 1), (45000, 0), (50000, 1), (60000, 0)]
+    assert board.find_shutdown() is None and len(list_expired(board)) == 1
+
+
+@pytest.mark.parametrize("is_late", [False, True])
+def test_a_resting_output_does_not_wait_for_a_late_value(board, is_late):
+    """It rests at once if the value will come after the limit."""
+    rest(board)
+    queue(board, 10000, 1)
+    board.run(20000 if is_late else 0)
+    queue(board, 70000, 1)
+    queue(board, 80000, 0)
+    board.run_for(.1)
+    edges = board.list_edges(PIN, 1)
+    assert edges[0] == (10000, 1) and edges[2:] == [(70000, 1), (80000, 0)]
+    assert 10000 <= edges[1][0] < 60000 and edges[1][1] == 0
+    assert board.find_shutdown() is None and len(list_expired(board)) == 1
+
+
 def test_max_duration_is_renewed_and_ends_at_default(board):
     board.configure(digital(max_duration=50000))
     for i in range(5):
@@ -133,6 +182,18 @@ def test_hardware_pwm(board):
         (0, 6, 20000, 100, 32768), (5000, 6, 20000, 16384, 32768),
         (9000, 6, 20000, 32768, 32768), (1009000, 6, 20000, 0, 32768)]
     assert board.find_shutdown() == "Missed scheduling of next hard pwm event"
+
+
+def test_resting_hardware_pwm(board):
+    board.configure(("config_pwm_out", dict(
+        oid=1, pin=6, cycle_ticks=20000, value=0, default_value=0,
+        max_duration=100000)))
+    board.send("rest_pwm_out", oid=1)
+    board.send("queue_pwm_out", oid=1, clock=5000, value=16384)
+    board.run_for(.1)
+    assert board.pwm == [(0, 6, 20000, 0, 32768), (5000, 6, 20000, 16384, 32768),
+                         (105000, 6, 20000, 0, 32768)]
+    assert board.find_shutdown() is None and len(list_expired(board)) == 1
 
 
 def analog(board, *, count=4, per_report=2, low=0, high=0xffff, bad=0):

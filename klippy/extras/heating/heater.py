@@ -17,6 +17,9 @@ RENEW_FRACTION = 0.1
 SMALL_POWER_CHANGE = 0.05
 # A reading older than this is not shown as a temperature.
 STALE_READING = 7.0
+# After the mcu turned a heater off printing waits for a temperature so far
+# (degC) below the target.
+REHEAT_DROP = 4.0
 # Without a sign of the main thread for this long heating stops.
 MAIN_THREAD_TIMEOUT = 5.0
 
@@ -73,6 +76,7 @@ class Heater:
         self.next_pwm_time = self.last_pwm_value = 0.0
         self.main_thread_until = -999.0
         self.is_shutdown = False
+        self.n_expired = 0
         kind = config.getchoice("control", {name: name for name in CONTROLS})
         self.control = CONTROLS[kind](self, config)
         self.mcu_pwm = self._setup_pin(config)
@@ -83,6 +87,8 @@ class Heater:
         pin = ppins.setup_pin("pwm", config.get("heater_pin"))
         pin.setup_cycle_time(self.limits.pwm_cycle_time)
         pin.setup_max_duration(MAX_HEAT_TIME)
+        if hasattr(pin, "setup_expiry"):
+            pin.setup_expiry(self._note_expiry)
         return pin
 
     def _register(self, config):
@@ -130,6 +136,25 @@ class Heater:
 
     def _handle_shutdown(self):
         self.is_shutdown = True
+
+    def _note_expiry(self):
+        """The mcu turned the heater off: nobody had renewed it in time."""
+        with self.lock:
+            self.n_expired += 1
+            self.next_pwm_time = 0.0
+        self.printer.get_reactor().register_async_callback(self._reheat)
+
+    def _reheat(self, eventtime):
+        """Hold G-code until the heater is warm again."""
+        temp, target = self.get_temp(eventtime)
+        gcode = self.printer.lookup_object("gcode")
+        gcode.respond_info(
+            "The host was away for more than %.0f s: heater '%s' was turned off"
+            " meanwhile. It is on again, at %.1f of %.1f degrees"
+            % (MAX_HEAT_TIME, self.short_name, temp, target))
+        if temp < target - REHEAT_DROP:
+            gcode.run_script('TEMPERATURE_WAIT SENSOR="%s" MINIMUM=%.1f'
+                             % (self.name, target - REHEAT_DROP))
 
     def _handle_hold(self, duration):
         """print_time stood still, but heat did not."""

@@ -32,6 +32,7 @@ class HeaterCheck:
         self.is_approaching = self.is_starting = False
         self.last_target = self.goal_temp = self.error = 0.0
         self.goal_eventtime = 0.0
+        self.n_expired = 0
         register = self.printer.register_event_handler
         register("klippy:connect", self._handle_connect)
         register("klippy:shutdown", self._handle_shutdown)
@@ -52,6 +53,8 @@ class HeaterCheck:
 
     def _check(self, eventtime):
         temp, target = self.heater.get_temp(eventtime)
+        if self.heater.n_expired != self.n_expired:
+            self._begin_anew(eventtime, temp, target)
         if temp >= target - self.hysteresis or target <= 0.0:
             self._note_in_range(temp, target)
         else:
@@ -64,6 +67,13 @@ class HeaterCheck:
         if self.printer.is_shutdown():
             return self.printer.get_reactor().NEVER
         return eventtime + CHECK_INTERVAL
+
+    def _begin_anew(self, eventtime, temp, target):
+        """The mcu had turned the heater off for lack of a host."""
+        self.n_expired = self.heater.n_expired
+        self.is_approaching = self.is_starting = target > 0.0
+        self.error = 0.0
+        self._set_goal(eventtime, temp)
 
     def _note_in_range(self, temp, target):
         if self.is_approaching and target:

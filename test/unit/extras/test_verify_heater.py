@@ -10,6 +10,7 @@ from klippy.simulator import thermal
 class WatchedHeater:
     def __init__(self):
         self.temp, self.target = 25.0, 0.0
+        self.n_expired = 0
 
     def get_temp(self, eventtime):
         return self.temp, self.target
@@ -64,6 +65,16 @@ def test_sensor_that_falls_out_is_caught(setup):
     assert run(printer, heater, lambda t: min(25 + 4 * t, 200), 80) is None
     seconds = run(printer, heater, lambda t: max(200 - 2 * t, 25), 200)
     assert seconds is not None and seconds < 30
+
+
+def test_a_heater_that_was_off_meanwhile_has_time_to_warm_up(setup):
+    printer, heater = setup
+    heater.target = 200.0
+    run(printer, heater, lambda t: min(25 + 4 * t, 200), 80)
+    heater.n_expired += 1
+    assert run(printer, heater, lambda t: min(100 + 2 * t, 200), 100) is None
+    heater.n_expired += 1
+    assert 19 <= run(printer, heater, lambda t: 100.0, 100) <= 22
 
 
 def test_short_dip_is_forgiven(setup):
