@@ -2,12 +2,17 @@
 """API endpoints for the status of printer objects: list, query, subscribe.
 
 Objects return a new value where a status field changes; a value that is the
-same object as before counts as unchanged.
+same object as before counts as unchanged.  Clients that follow the same fields
+at the same rate share the work: see Follower.
 """
 
 import logging
+import math
 
-SUBSCRIPTION_PERIOD = 0.25
+from klippy.api_encoding import PushTemplate, encode_json
+
+SUBSCRIPTION_PERIOD = 0.25          # s, unless a client asks for another
+MIN_PERIOD = 0.01
 
 
 class StatusApi:
@@ -16,7 +21,7 @@ class StatusApi:
     def __init__(self, printer, webhooks):
         self.printer = printer
         self.reactor = printer.get_reactor()
-        self.subscriptions = {}         # client -> Subscription
+        self.followers = []
         self.failed = set()             # names of objects told in the log
         self.timer = None
         for path, callback in (("objects/list", self._list),
@@ -35,36 +40,48 @@ class StatusApi:
 
     def _subscribe(self, web_request):
         wanted = read_wanted(web_request)
+        period = read_period(web_request)
         template = web_request.get_dict("response_template", {})
         client = web_request.get_client_connection()
-        self.subscriptions.pop(client, None)
+        for follower in self.followers:
+            follower.templates.pop(client, None)
         answer = self._answer(StatusReader(self), wanted)
         web_request.send(answer)
         if not wanted:
             return
-        self.subscriptions[client] = Subscription(
-            client, wanted, template, answer["status"])
+        # a copy: the answer is encoded later and belongs to others
+        follower = Follower(wanted, period, dict(answer["status"]))
+        follower.templates[client] = PushTemplate(template)
+        follower.plan(self.reactor.monotonic())
+        self.followers.append(follower)
         if self.timer is None:
-            self.timer = self.reactor.register_timer(
-                self._send_changes,
-                self.reactor.monotonic() + SUBSCRIPTION_PERIOD)
+            self.timer = self.reactor.register_timer(self._send_changes)
+        waketime = min(f.next_time for f in self.followers)
+        self.reactor.update_timer(self.timer, waketime)
 
     def _answer(self, reader, wanted):
         status = {name: reader.read(name, fields) for name, fields in wanted.items()}
         return {"eventtime": reader.eventtime, "status": status}
 
     def _send_changes(self, eventtime):
-        reader = StatusReader(self)
-        for client, subscription in list(self.subscriptions.items()):
-            if client.is_closed():
-                del self.subscriptions[client]
-            else:
-                subscription.send_changes(reader)
-        if not self.subscriptions:
+        """Serve the followers that are due; those of one kind become one."""
+        reader, kinds, kept = StatusReader(self), {}, []
+        for follower in self.followers:
+            if follower.next_time <= eventtime and follower.forget_closed():
+                follower.send_changes(reader)
+                follower.plan(eventtime)
+                same = kinds.setdefault(follower.key, follower)
+                if same is not follower:
+                    same.templates.update(follower.templates)
+                    continue
+            if follower.templates:
+                kept.append(follower)
+        self.followers = kept
+        if not kept:
             timer, self.timer = self.timer, None
             self.reactor.unregister_timer(timer)
             return self.reactor.NEVER
-        return eventtime + SUBSCRIPTION_PERIOD
+        return min(follower.next_time for follower in kept)
 
     def note_failure(self, name):
         """Log a get_status() that raised, once an object (in its handler)."""
@@ -105,30 +122,59 @@ class StatusReader:
             return {}
 
 
-class Subscription:
-    """What one client follows, and the values it knows."""
+class Follower:
+    """Clients that follow the same fields at the same rate, and what they know.
 
-    def __init__(self, client, wanted, template, status):
-        self.client, self.wanted, self.template = client, wanted, template
-        self.last = status
+    A client begins with a Follower of its own, as what it knows is newer than
+    what the others know, and joins theirs after its first round: then all know
+    the same.  Rounds fall on multiples of the period, so they coincide.
+    """
+
+    def __init__(self, wanted, period, status):
+        self.wanted, self.period, self.last = wanted, period, status
+        self.key = period, tuple((name, None if fields is None else tuple(fields))
+                                 for name, fields in sorted(wanted.items()))
+        self.templates = {}             # client -> PushTemplate
+        self.next_time = 0.
+
+    def plan(self, eventtime):
+        """Choose the time of the next round: after eventtime."""
+        self.next_time = (math.floor(eventtime / self.period + 1e-6) + 1) * self.period
+
+    def forget_closed(self):
+        """Drop clients that are gone; False if nobody is left."""
+        for client in [c for c in self.templates if c.is_closed()]:
+            del self.templates[client]
+        return bool(self.templates)
 
     def send_changes(self, reader):
         """Push the fields that differ from the ones sent before."""
         changes = {}
         for name, fields in self.wanted.items():
             current, last = reader.read(name, fields), self.last.get(name, {})
+            self.last[name] = current
             changed = {field: value for field, value in current.items()
                        if field not in last or _differs(last[field], value)}
-            self.last[name] = current
             if changed:
                 changes[name] = changed
-        if changes:
-            self.client.send({**self.template, "params": {
-                "eventtime": reader.eventtime, "status": changes}})
+        if not changes:
+            return
+        params = encode_json({"eventtime": reader.eventtime, "status": changes})
+        for client, template in list(self.templates.items()):
+            client.send_encoded(template.make(params))
 
 
 def _differs(old, new):
     return old is not new and old != new
+
+
+def read_period(web_request):
+    """The request's `interval` (s between rounds), the usual one without it."""
+    period = web_request.get_float("interval", SUBSCRIPTION_PERIOD)
+    if not MIN_PERIOD <= period <= 3600.:
+        raise web_request.error("'interval' is %g to 3600 s, not %r"
+                                % (MIN_PERIOD, period))
+    return period
 
 
 def read_wanted(web_request):

@@ -1,52 +1,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The API's Unix socket: connections that never make the host wait.
 
-Everything runs in the reactor's thread.  A client that does not read is cut
-off when its output exceeds a bound.
+Everything runs in the reactor's thread.  What a client can cost is bounded: the
+size of a request, the rate at which its requests start, how many of them wait,
+what it leaves unread, and how often it may send what is no JSON.
 """
 
+import collections
 import errno
 import json
 import logging
-import math
 import os
 import socket
 import stat
 
-MESSAGE_END = b"\x03"
-MAX_INPUT = 8 * 1024 * 1024         # bytes of one request
-MAX_OUTPUT = 32 * 1024 * 1024       # bytes a client may leave unread
+from klippy.api_encoding import MESSAGE_END, encode_message
+
+MAX_CLIENTS = 100
+MAX_INPUT = 1024 * 1024             # bytes of one request
+MAX_OUTPUT = 4 * 1024 * 1024        # bytes a client may leave unread
+MAX_PENDING = 100                   # requests read ahead; then reading stops
+MAX_RUNNING = 500                   # requests that have begun and wait
+MAX_MALFORMED = 10                  # messages that are no JSON
+REQUEST_PAUSE = 0.0005              # s between starts of a client's requests
+ACCEPT_PAUSE = 1.                   # s without new clients when there are no fds
 READ_SIZE = 65536
-
-
-def encode_message(message):
-    """JSON of a message as bytes, with its end mark; never fails on values."""
-    try:
-        text = json.dumps(message, separators=(",", ":"), allow_nan=False,
-                          default=_encode_other)
-    except ValueError:
-        text = json.dumps(_drop_nonfinite(message), separators=(",", ":"),
-                          default=_encode_other)
-    return text.encode("utf-8", "replace") + MESSAGE_END
-
-
-def _encode_other(value):
-    if isinstance(value, (set, frozenset)):
-        return sorted(value, key=str)
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    return str(value)
-
-
-def _drop_nonfinite(value):
-    """The value with null where JSON has no number."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if isinstance(value, dict):
-        return {str(key): _drop_nonfinite(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_drop_nonfinite(item) for item in value]
-    return value
 
 
 class ApiServer:
@@ -85,9 +63,25 @@ class ApiServer:
         except OSError as err:
             if err.errno not in (errno.EAGAIN, errno.EINTR, errno.ECONNABORTED):
                 logging.warning("API socket: unable to accept a client: %s", err)
+                self._rest()
+            return
+        if len(self.clients) >= MAX_CLIENTS:
+            logging.warning("API socket: a client was turned away: there are %d",
+                            len(self.clients))
+            sock.close()
+            self._rest()
             return
         sock.setblocking(False)
         self.clients.add(ClientConnection(self, sock))
+
+    def _rest(self):
+        """Accept nobody for a while: the next attempt would fail too."""
+        def accept_again(eventtime):
+            if self.sock is not None:
+                self.reactor.set_fd_wake(self.handler, True)
+        self.reactor.set_fd_wake(self.handler, False)
+        self.reactor.register_callback(
+            accept_again, self.reactor.monotonic() + ACCEPT_PAUSE)
 
     def note_closed(self, client):
         """Forget a connection."""
@@ -134,6 +128,10 @@ class ClientConnection:
         self.name = "client %d" % (sock.fileno(),)
         self.input, self.output = bytearray(), bytearray()
         self.recent = []
+        self.pending = collections.deque()      # requests that have not begun
+        self.is_pumping = False
+        self.n_running = self.n_malformed = 0
+        self.events = True, False       # readable, writable
         self.handler = self.reactor.register_fd(
             sock.fileno(), self._read, self._write)
 
@@ -141,9 +139,11 @@ class ClientConnection:
 
     def note_client_info(self, client_info):
         """Remember who the client says it is."""
-        self.name = "%s (%s)" % (client_info.get("program", "unnamed"),
-                                 client_info.get("version", "?"))
-        logging.info("API client: %s", json.dumps(client_info))
+        name = "%.60s (%.60s)" % (client_info.get("program", "unnamed"),
+                                  client_info.get("version", "?"))
+        if name != self.name:
+            self.name = name
+            logging.info("API client: %.1000s", json.dumps(client_info))
 
     def log_recent(self):
         """Log the last requests, for the analysis of a shutdown."""
@@ -174,26 +174,50 @@ class ClientConnection:
         self._split(self.input.rfind(MESSAGE_END, start))
 
     def _split(self, end):
-        messages = bytes(self.input[:end]).split(MESSAGE_END)
+        self.pending.extend(bytes(self.input[:end]).split(MESSAGE_END))
         del self.input[:end + 1]
-        for text in messages:
-            self._start(text)
+        if not self.is_pumping:
+            self.is_pumping = True
+            self.reactor.register_callback(self._pump)
+        self._choose_events()
+
+    def _pump(self, eventtime):
+        """Begin the pending requests, one a turn: others are served between."""
+        while self.pending and self.sock is not None:
+            self._start(self.pending.popleft())
+            if len(self.pending) == MAX_PENDING:
+                self._choose_events()
+            if self.pending:
+                self.reactor.pause(self.reactor.monotonic() + REQUEST_PAUSE)
+        self.is_pumping = False
 
     def _start(self, text):
         """Parse a request and run it in a greenlet of its own."""
         try:
             message = json.loads(text)
         except (ValueError, RecursionError) as err:
-            logging.warning("API %s: a request is not JSON (%s): %r",
-                            self.name, err, text[:200])
+            self._note_malformed(text, err)
             return
         self.recent.append((self.reactor.monotonic(),
                             text[:200].decode("utf-8", "replace")))
         del self.recent[:-20]
         self.reactor.register_callback(lambda eventtime: self._run(message))
 
+    def _note_malformed(self, text, err):
+        self.n_malformed += 1
+        if self.n_malformed > MAX_MALFORMED:
+            self._cut_off("%d requests that are not JSON" % (self.n_malformed,))
+            return
+        logging.warning("API %s: a request is not JSON (%.200s): %r",
+                        self.name, err, text[:200])
+
     def _run(self, message):
-        reply = self.server.webhooks.answer(self, message)
+        self.n_running += 1
+        try:
+            reply = self.server.webhooks.answer(self, message,
+                                                self.n_running > MAX_RUNNING)
+        finally:
+            self.n_running -= 1
         if reply is not None:
             self.send(reply)
 
@@ -201,9 +225,13 @@ class ClientConnection:
 
     def send(self, message):
         """Send a message (dict); at once as far as the client reads."""
+        self.send_encoded(encode_message(message))
+
+    def send_encoded(self, data):
+        """As send(), of a message that is encoded, with its end mark."""
         if self.sock is None:
             return
-        self.output += encode_message(message)
+        self.output += data
         self._write(0.)
         if len(self.output) > MAX_OUTPUT:
             self._cut_off("%d bytes of output left unread" % (len(self.output),))
@@ -220,7 +248,15 @@ class ClientConnection:
             self.close()
             return
         del self.output[:sent]
-        self.reactor.set_fd_wake(self.handler, True, bool(self.output))
+        self._choose_events()
+
+    def _choose_events(self):
+        """Wake for what can be done: a client reads and is read from."""
+        if self.sock is not None:
+            events = len(self.pending) <= MAX_PENDING, bool(self.output)
+            if events != self.events:
+                self.events = events
+                self.reactor.set_fd_wake(self.handler, *events)
 
     def _cut_off(self, reason):
         logging.warning("API %s: cut off: %s", self.name, reason)
@@ -232,6 +268,7 @@ class ClientConnection:
         if self.sock is None:
             return
         self.reactor.unregister_fd(self.handler)
+        self.pending.clear()
         sock, self.sock = self.sock, None
         if self.output:
             try:

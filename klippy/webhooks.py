@@ -13,6 +13,7 @@ import socket
 import sys
 
 from klippy import api_objects, api_socket
+from klippy.api_encoding import PushTemplate, encode_json
 from klippy.errors import PrinterError
 
 __all__ = ["WebHooks", "WebRequest", "WebRequestError", "get", "setup"]
@@ -111,7 +112,7 @@ class WebHooks:
         self.printer = printer
         self._endpoints = {}
         self._mux_endpoints = {}
-        self._remote_methods = {}       # method -> {client: template}
+        self._remote_methods = {}       # method -> {client: PushTemplate}
         for path, callback in (
                 ("list_endpoints", self._list_endpoints),
                 ("info", self._get_info),
@@ -172,20 +173,28 @@ class WebHooks:
 
     # Clients
 
-    def answer(self, client, message):
+    def answer(self, client, message, is_overloaded=False):
         """Run a request of a client: the dispatch point of the API.
 
-        message: decoded JSON.  Returns the reply, None if none is wanted.
+        message: decoded JSON.  is_overloaded: the client has so many requests
+        that wait that only an emergency stop is obeyed.
+        Returns the reply, None if none is wanted.
         """
         reply = {"id": message.get("id") if isinstance(message, dict) else None}
+        if isinstance(reply["id"], (dict, list)):
+            logging.warning("API %s: the id of a request is a number or text, not"
+                            " %.200r", client.name, reply["id"])
+            return None
         try:
             request = WebRequest(client, message)
+            if is_overloaded and request.get_method() != "emergency_stop":
+                raise WebRequestError("too many requests of this client wait")
             self.find_callback(request.get_method())(request)
             reply["result"] = request.finish()
         except PrinterError as err:
             reply["error"] = {"error": type(err).__name__, "message": str(err)}
         except Exception as err:
-            logging.exception("API %s: internal error in %r", client.name, message)
+            logging.exception("API %s: internal error in %.500r", client.name, message)
             reply["error"] = {
                 "error": "WebRequestError",
                 "message": "internal error: %s: %s" % (type(err).__name__, err)}
@@ -206,8 +215,9 @@ class WebHooks:
             del self._remote_methods[method]
             raise self.printer.command_error(
                 "No client with the remote method '%s' is connected" % (method,))
+        params = encode_json(kwargs)
         for client, template in list(templates.items()):
-            client.send({**template, "params": kwargs})
+            client.send_encoded(template.make(params))
 
     def get_status(self, eventtime):
         """state and state_message of the printer."""
@@ -242,7 +252,7 @@ class WebHooks:
         template = web_request.get_dict("response_template")
         method = web_request.get_str("remote_method")
         client = web_request.get_client_connection()
-        self._remote_methods.setdefault(method, {})[client] = template
+        self._remote_methods.setdefault(method, {})[client] = PushTemplate(template)
 
 
 class GCodeApi:
@@ -250,7 +260,7 @@ class GCodeApi:
 
     def __init__(self, printer, webhooks, gcode):
         self.printer, self.gcode = printer, gcode
-        self.templates = {}             # client -> template
+        self.templates = {}             # client -> PushTemplate
         for path, callback in (
                 ("gcode/help", self._get_help), ("gcode/script", self._run_script),
                 ("gcode/restart", self._restart),
@@ -274,14 +284,15 @@ class GCodeApi:
         template = web_request.get_dict("response_template", {})
         if not self.templates:
             self.gcode.register_output_handler(self._pass_on)
-        self.templates[web_request.get_client_connection()] = template
+        self.templates[web_request.get_client_connection()] = PushTemplate(template)
 
     def _pass_on(self, text):
+        params = encode_json({"response": text})
         for client, template in list(self.templates.items()):
             if client.is_closed():
                 del self.templates[client]
             else:
-                client.send({**template, "params": {"response": text}})
+                client.send_encoded(template.make(params))
 
 
 def setup(printer):

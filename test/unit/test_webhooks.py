@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The API over a real Unix socket, in the virtual time of the reactor."""
 
+import itertools
 import json
 import math
 import os
@@ -321,3 +322,161 @@ def test_no_socket_without_path():
     printer = make_printer()
     webhooks.setup(printer)
     printer.close()
+
+
+# Rates, sharing, bounds
+
+def follow(client, number, interval=None, fields=None):
+    """Subscribe to `thing`, with a template that tells the client's number."""
+    params = {"objects": {"thing": fields}, "response_template": {"key": number}}
+    if interval is not None:
+        params["interval"] = interval
+    return client.ask("objects/subscribe", **params)
+
+
+def test_rate_on_request(client, printer):
+    thing = printer.lookup_object("thing")
+    follow(client, 1, interval=0.05)
+    for step in range(200):
+        thing.status["a"] = step + 10
+        printer.run_for(0.01)
+    assert 38 <= len(client.take(0.)) <= 42
+    follow(client, 1, interval=10.)
+    thing.status["a"] = 5
+    assert client.take(0.) == []
+    assert len(client.take(10.1)) == 1
+    for interval in (0., -1., 1e300, float("nan"), 10 ** 400):
+        assert "message" in follow(client, 1, interval=interval)
+    assert "must be of type" in follow(client, 1, interval="x")["message"]
+
+
+def test_clients_that_follow_the_same_share_the_work(client, printer, path):
+    thing, reads = printer.lookup_object("thing"), [0]
+    read = thing.get_status
+
+    def count(eventtime):
+        reads[0] += 1
+        return read(eventtime)
+    thing.get_status = count
+    others = [Client(printer, path) for _ in range(5)]
+    follow(client, 0)
+    for number, other in enumerate(others):
+        printer.run_for(0.03)
+        thing.status["a"] = 100 + number        # the others know older values
+        assert follow(other, number + 1)["status"]["thing"]["a"] == 100 + number
+    printer.run_for(0.5)
+    status_api = printer.lookup_object("webhooks").objects
+    assert len(status_api.followers) == 1
+    reads[0] = 0
+    for peer in (client, *others):
+        peer.read()
+    thing.status["a"] = 7
+    printer.run_for(0.25)
+    assert reads[0] == 1
+    for number, peer in enumerate((client, *others)):
+        change, = peer.read()
+        assert change["key"] == number and change["params"]["status"] == {
+            "thing": {"a": 7}}
+    for other in others:
+        other.sock.close()
+    printer.run_for(0.5)
+    assert len(status_api.followers[0].templates) == 1
+
+
+def test_other_fields_and_rates_stay_apart(client, printer, path):
+    other = Client(printer, path)
+    follow(client, 1, fields=["a"])
+    follow(other, 2, fields=["b"])
+    printer.run_for(0.5)
+    thing = printer.lookup_object("thing")
+    thing.status["b"] = [3]
+    assert client.take(0.3) == []
+    change, = other.take(0.)
+    assert change["params"]["status"] == {"thing": {"b": [3]}}
+    other.sock.close()
+
+
+def test_requests_take_turns_with_everything_else(client, printer):
+    seen, counts = [0], []
+    printer.lookup_object("webhooks").register_endpoint(
+        "count", lambda request: seen.__setitem__(0, seen[0] + 1))
+    reactor = printer.reactor
+
+    def tick(eventtime):
+        counts.append(seen[0])
+        return eventtime + 0.001
+    reactor.register_timer(tick, reactor.NOW)
+    client.sock.sendall(b'{"method":"count"}\x03' * 2000)
+    printer.run_for(3.)
+    assert seen[0] == 2000
+    assert max(b - a for a, b in itertools.pairwise(counts)) <= 4
+
+
+def test_who_asks_too_much_is_not_read(client, printer):
+    printer.run_for(0.1)
+    connection, = printer.lookup_object("webhooks").server.clients
+    sent = 0
+    with pytest.raises(BlockingIOError):
+        while True:
+            sent += client.sock.send(b'{"method":"list_endpoints"}\x03' * 1000)
+            printer.run_for(0.001)
+    assert len(connection.pending) < 10000 and len(connection.input) < 1000000
+    printer.run_for(60.)
+    assert not connection.pending
+    assert client.ask("info")["state"] == "ready"
+
+
+def test_too_many_waiting_requests_are_refused(client, printer, monkeypatch):
+    monkeypatch.setattr(api_socket, "MAX_RUNNING", 5)
+    printer.gcode.register_command("WAIT", lambda gcmd: printer.reactor.pause(
+        printer.reactor.monotonic() + 60.))
+    for number in range(8):
+        client.send(id=number, method="gcode/script", params={"script": "WAIT"})
+    replies = client.take(0.5)
+    assert [reply["id"] for reply in replies] == [5, 6, 7]
+    assert "too many requests" in replies[0]["error"]["message"]
+    client.send(id=9, method="emergency_stop")
+    assert [reply["id"] for reply in client.take(0.5)] == [9]
+    assert printer.state == "shutdown"
+
+
+def test_too_much_that_is_not_json_is_cut_off(client, printer, caplog):
+    client.sock.sendall(b"\xff{\x03" * 50)
+    printer.run_for(1.)
+    assert not printer.lookup_object("webhooks").server.clients
+    assert "cut off: 11 requests that are not JSON" in caplog.text
+    assert len(caplog.records) < 20
+
+
+def test_too_many_clients_are_turned_away(client, printer, path, monkeypatch):
+    monkeypatch.setattr(api_socket, "MAX_CLIENTS", 3)
+    others = [Client(printer, path) for _ in range(6)]
+    printer.run_for(5.5)
+    assert len(printer.lookup_object("webhooks").server.clients) == 3
+    assert client.ask("info")["state"] == "ready"
+    for other in others:
+        other.sock.close()
+    printer.run_for(1.5)
+    again = Client(printer, path)
+    assert again.ask("info")["state"] == "ready"
+    again.sock.close()
+
+
+@pytest.mark.parametrize("message", [
+    {"id": [[1]], "method": "info"}, {"id": {}, "method": "info"}])
+def test_an_id_is_no_structure(client, message):
+    client.send(**message)
+    assert client.take() == []
+    assert client.ask("info")["state"] == "ready"
+
+
+def test_odd_status_is_sent_all_the_same(client, printer):
+    endless = []
+    endless.append(endless)
+    thing = printer.lookup_object("thing")
+    thing.status = {"pair": {(1, 2): 3}, "nan": math.nan}
+    assert client.ask("objects/query", objects={"thing": None})["status"] == {
+        "thing": {"pair": {"(1, 2)": 3}, "nan": None}}
+    thing.status = {"endless": endless, "a": 1}
+    assert client.ask("objects/query", objects={"thing": None})["status"] == {
+        "thing": {"endless": [None], "a": 1}}
