@@ -91,7 +91,8 @@ def send_without_end(foe):
 
 
 def send_long_text(foe):
-    left = b'{"id":1,"method":"info","params":{"x":"' + b"\xc3\xa4" * 52428800 + b'"}}\x03'
+    text = b"\xc3\xa4" * (50 << 20)
+    left = b'{"id":1,"method":"info","params":{"x":"' + text + b'"}}\x03'
     while left:
         left = foe.send(left)
         yield
