@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: `klippy run|simulate|demo|check|console|dump`.
+"""The command line: `klippy run|simulate|demo|check|console|dump|...`.
 
-Each module of this package is a sub-command of its name, with
+Each module of this package is a sub-command of its name (- for _), with
 add_arguments(parser), run(options) -> exit status and maybe HELP.  Arguments
 that do not start with a sub-command are those of `run`.
 """
@@ -19,16 +19,21 @@ DEFAULT_COMMAND = "run"
 
 def find_command(name):
     """The module of a sub-command, None if there is none of that name."""
-    if name not in {info.name for info in pkgutil.iter_modules(__path__)}:
+    if name not in list_names():
         return None
-    module = importlib.import_module("klippy.cli." + name)
+    module = importlib.import_module("klippy.cli." + name.replace("-", "_"))
     return module if hasattr(module, "add_arguments") else None
+
+
+def list_names():
+    """Names of the modules here, as they are written on a command line."""
+    names = [info.name for info in pkgutil.iter_modules(__path__)]
+    return sorted(name.replace("_", "-") for name in names)
 
 
 def list_commands():
     """Names and modules of the sub-commands."""
-    names = sorted(info.name for info in pkgutil.iter_modules(__path__))
-    found = [(name, find_command(name)) for name in names]
+    found = [(name, find_command(name)) for name in list_names()]
     return [(name, module) for name, module in found if module is not None]
 
 
@@ -45,7 +50,7 @@ def print_help():
     print("       klippy printer.cfg [options]    the same as klippy run")
     print("       klippy --version\n")
     for name, module in list_commands():
-        print("  %-10s %s" % (name, read_help(module)))
+        print("  %-15s %s" % (name, read_help(module)))
 
 
 def forget_stdout():
