@@ -148,14 +148,17 @@ calc_room(const struct sqcore *c)
     return room < MSGBLOCK_PAYLOAD_MAX ? room : MSGBLOCK_PAYLOAD_MAX;
 }
 
-/* When the ready messages should leave; infinity: when the link is idle. */
+/* When the ready messages should leave: at once on an idle link, so that the
+ * mcu has all that it can hold; infinity: when the link is idle. */
 static double
 calc_send_time(const struct sqcore *c)
 {
     uint64_t urgent = cmdsched_get_urgent(&c->sched);
 
+    if (!count_in_flight(c))
+        return 0.;
     if (urgent >= QMSG_BACKGROUND_CLOCK)
-        return count_in_flight(c) ? INFINITY : 0.;
+        return INFINITY;
     if (c->sched.ready_bytes >= MSGBLOCK_PAYLOAD_MAX
         || !clockest_is_known(&c->clockest))
         return 0.;
