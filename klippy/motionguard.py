@@ -137,7 +137,8 @@ class MotionGuard:
         end = max(activity_end, rest + window) + END_MARGIN
         if not self.has_stop:
             end = min(end, certain)
-        if any(wakes_up(stepper, end) for stepper in steppers):
+        if (end <= reached + END_MARGIN
+                or any(wakes_up(stepper, end) for stepper in steppers)):
             self._give_up()
             return
         now = self.reactor.monotonic()

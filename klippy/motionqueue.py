@@ -285,8 +285,7 @@ class MotionQueue:
 
         To be called after the plan has changed, which begins with settle().
         """
-        if (self.step_activity_time <= self.last_step_gen_time or self.is_halted
-                or self.is_dripping or self.ramp is not None
+        if (self.is_halted or self.is_dripping or self.ramp is not None
                 or self.mcu.is_fileoutput()):
             return
         self.guard.arm(self.last_step_gen_time, self.step_activity_time,
@@ -385,6 +384,10 @@ class MotionQueue:
         t = min(max(time - start, 0.), duration)
         way = (speed + 0.5 * accel * t) * t
         trapq.set_position(time, x + r_x * way, y + r_y * way, z + r_z * way)
+
+    def get_status(self, eventtime):
+        """How often the host was late: planned stops, and holds without one."""
+        return {"planned_stops": self.guard.n_stops, "holds": self.n_holds}
 
     def _handle_shutdown(self):
         self.settle()

@@ -213,11 +213,13 @@ class Printer:
 class Machine:
     """Firmware, fake board, hotend and host, with all files in one folder."""
 
-    def __init__(self, program, folder, *options):
+    def __init__(self, program, folder, *options, config=""):
+        """config: more of the printer.cfg."""
         (folder / "rules").write_text(RULES)
         self.run = LinuxProcess(program, folder, *options)
         assert self.run.process.poll() is None, self.run.read_errors()
-        (folder / "printer.cfg").write_text(CONFIG % {"console": self.run.link})
+        (folder / "printer.cfg").write_text(
+            CONFIG % {"console": self.run.link} + config)
         self.io = FakeIo(folder)
         self.hotend = Hotend(self.io)
         self.hotend.start()
