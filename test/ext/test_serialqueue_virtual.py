@@ -73,13 +73,13 @@ def test_min_clock_holds_back(echo):
 def test_small_messages_leave_as_soon_as_the_link_is_idle(echo):
     clock = set_clock(echo)
     blocks = echo.queue.get_stats()["send_seq"]
-    for i in range(8):
+    for i in range(12):
         echo.log(b"move%d" % i, reqclock=clock + 2 * FREQ)
     echo.wait(0.1)
     # a full block, and the rest as soon as that is acknowledged
     assert echo.queue.get_stats()["send_seq"] - blocks == 2
     log = echo.read_log()
-    assert [data for _, data in log] == [b"move%d" % i for i in range(8)]
+    assert [data for _, data in log] == [b"move%d" % i for i in range(12)]
     assert log[-1][0] < clock + 0.01 * FREQ
 
 
