@@ -7,7 +7,7 @@
 #   LTO_FLAGS  PORT_CFLAGS  PORT_LDFLAGS  PORT_LIBS
 #   PORT_OUTPUTS (what `all` makes; default klipper.elf)  FLASH_HINT (one line)
 # and src/<family>/rules.mk holds its rules (flash:, further outputs), where
-# $(objects) may be a prerequisite.
+# $(objects) may be a prerequisite, and FILE_CFLAGS set for some of them.
 
 include $(OUT)auto.conf
 
@@ -52,10 +52,11 @@ $(OUT)decl/stamp: $(scans) scripts/build_commands.py FORCE
 $(tables): $(OUT)decl/stamp ;
 $(sources:%.c=$(OUT)decl/%.h): $(OUT)decl/stamp ;
 
-$(OUT)%.o: %.c $(OUT)decl/%.h $(OUT)autoconf.h src/build.mk
+$(OUT)%.o: %.c $(OUT)decl/%.h $(OUT)autoconf.h src/build.mk \
+  src/$(BOARD)/port.mk src/$(BOARD)/rules.mk
 	@echo "  CC      $<"
 	@mkdir -p $(@D)
-	@$(CC) $(CPPFLAGS_ALL) $(CFLAGS_ALL) -include $(OUT)decl/$*.h \
+	@$(CC) $(CPPFLAGS_ALL) $(CFLAGS_ALL) $(FILE_CFLAGS) -include $(OUT)decl/$*.h \
 	  -MMD -c $< -o $@
 
 $(OUT)decl/tables.o: $(tables) $(OUT)autoconf.h

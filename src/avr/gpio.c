@@ -4,24 +4,40 @@
 #include "board/mem.h"
 #include "core/sched.h"
 
-DECL_ENUMERATION_RANGE("pin", "PA0", 0, 8);
-DECL_ENUMERATION_RANGE("pin", "PB0", 8, 8);
-DECL_ENUMERATION_RANGE("pin", "PC0", 16, 8);
-DECL_ENUMERATION_RANGE("pin", "PD0", 24, 8);
-#if CONFIG_MACH_atmega2560
-DECL_ENUMERATION_RANGE("pin", "PE0", 32, 8);
-DECL_ENUMERATION_RANGE("pin", "PF0", 40, 8);
-DECL_ENUMERATION_RANGE("pin", "PG0", 48, 6);
-DECL_ENUMERATION_RANGE("pin", "PH0", 56, 8);
-DECL_ENUMERATION_RANGE("pin", "PJ0", 72, 8);
-DECL_ENUMERATION_RANGE("pin", "PK0", 80, 8);
-DECL_ENUMERATION_RANGE("pin", "PL0", 88, 8);
+#if !CONFIG_AVR_X8 && !CONFIG_AVR_U4
+DECL_ENUMERATION_RANGE("pin", "PA0", PIN_NUMBER('A', 0), 8);
+#endif
+DECL_ENUMERATION_RANGE("pin", "PB0", PIN_NUMBER('B', 0), 8);
+#if CONFIG_AVR_U4
+DECL_ENUMERATION_RANGE("pin", "PC6", PIN_NUMBER('C', 6), 2);
+#else
+DECL_ENUMERATION_RANGE("pin", "PC0", PIN_NUMBER('C', 0), 8);
+#endif
+DECL_ENUMERATION_RANGE("pin", "PD0", PIN_NUMBER('D', 0), 8);
+#if CONFIG_AVR_MEGA || CONFIG_AVR_HAS_USB
+DECL_ENUMERATION_RANGE("pin", "PE0", PIN_NUMBER('E', 0), 8);
+DECL_ENUMERATION_RANGE("pin", "PF0", PIN_NUMBER('F', 0), 8);
+#endif
+#if CONFIG_AVR_MEGA
+DECL_ENUMERATION_RANGE("pin", "PG0", PIN_NUMBER('G', 0), 6);
+DECL_ENUMERATION_RANGE("pin", "PH0", PIN_NUMBER('H', 0), 8);
+DECL_ENUMERATION_RANGE("pin", "PJ0", PIN_NUMBER('J', 0), 8);
+DECL_ENUMERATION_RANGE("pin", "PK0", PIN_NUMBER('K', 0), 8);
+DECL_ENUMERATION_RANGE("pin", "PL0", PIN_NUMBER('L', 0), 8);
 #endif
 
 static volatile uint8_t *const ROM ports[] = {
-    &PINA, &PINB, &PINC, &PIND,
-#if CONFIG_MACH_atmega2560
-    &PINE, &PINF, &PING, &PINH, 0, &PINJ, &PINK, &PINL,
+#ifdef PINA
+    &PINA,
+#else
+    0,
+#endif
+    &PINB, &PINC, &PIND,
+#if CONFIG_AVR_MEGA || CONFIG_AVR_HAS_USB
+    &PINE, &PINF,
+#endif
+#if CONFIG_AVR_MEGA
+    &PING, &PINH, 0, &PINJ, &PINK, &PINL,
 #endif
 };
 #define N_PORTS (sizeof(ports) / sizeof(ports[0]))

@@ -10,9 +10,12 @@
 #include "core/sched.h"
 
 DECL_ENUMERATION("i2c_bus", "twi", 0);
-#if CONFIG_MACH_atmega2560
+#if CONFIG_AVR_MEGA || CONFIG_AVR_HAS_USB
 DECL_CONSTANT_STR("BUS_PINS_twi", "PD0,PD1");
 enum { PIN_SCL = 24 + 0, PIN_SDA = 24 + 1 };
+#elif CONFIG_AVR_X8
+DECL_CONSTANT_STR("BUS_PINS_twi", "PC5,PC4");
+enum { PIN_SCL = 16 + 5, PIN_SDA = 16 + 4 };
 #else
 DECL_CONSTANT_STR("BUS_PINS_twi", "PC0,PC1");
 enum { PIN_SCL = 16 + 0, PIN_SDA = 16 + 1 };

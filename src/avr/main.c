@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Start, memory, watchdog and reset. */
+#include <avr/power.h>
 #include <avr/wdt.h>
 
 #include "board/irq.h"
@@ -7,9 +8,6 @@
 #include "board/reset.h"
 #include "board/watchdog.h"
 #include "core/sched.h"
-
-/* What interrupts and the deepest calls need. */
-#define STACK_SIZE 384
 
 extern char __bss_end;
 
@@ -23,6 +21,13 @@ void avr_stop_watchdog(void)
 
 int main(void)
 {
+#if CONFIG_CLEAR_PRESCALER
+    clock_prescale_set(clock_div_1);
+#endif
+#ifdef JTD
+    MCUCR |= 1 << JTD; /* its pins are ordinary ones; written twice */
+    MCUCR |= 1 << JTD;
+#endif
     SMCR = 1 << SE; /* sleep means idle */
     sched_main();
 }
@@ -31,7 +36,7 @@ void *mem_get_arena(size_t *size)
 {
     uintptr_t start = ((uintptr_t)&__bss_end + 3) & ~(uintptr_t)3;
 
-    *size = RAMEND + 1u - STACK_SIZE - start;
+    *size = RAMEND + 1u - CONFIG_STACK_SIZE - start;
     return (void *)start;
 }
 

@@ -15,6 +15,9 @@
 
 #define ROM __flash
 
+/* Pins are numbered through all ports, whether a chip has them or not. */
+#define PIN_NUMBER(LETTER, BIT) (((LETTER) - 'A') * 8 + (BIT))
+
 typedef uint8_t irq_flag_t;
 
 struct gpio_out { volatile uint8_t *port; uint8_t bit; };

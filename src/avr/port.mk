@@ -3,11 +3,25 @@
 
 avr := src/avr
 CROSS_PREFIX := avr-
-port-src := $(avr)/main.c $(avr)/timer.c $(avr)/gpio.c $(avr)/serial.c
-port-src += $(avr)/adc.c $(avr)/pwm.c
+port-src := $(avr)/main.c $(avr)/timer.c $(avr)/gpio.c
+port-src += $(if $(CONFIG_SERIAL),$(avr)/serial.c)
+port-src += $(if $(CONFIG_USBSERIAL),$(avr)/usb.c src/generic/usb_cdc.c)
+port-src += $(if $(CONFIG_WANT_ADC),$(avr)/adc.c)
+port-src += $(if $(CONFIG_WANT_HARD_PWM),$(avr)/pwm.c)
 port-src += $(if $(CONFIG_WANT_SPI),$(avr)/spi.c)
 port-src += $(if $(CONFIG_WANT_I2C),$(avr)/i2c.c)
 PORT_CFLAGS := -mmcu=$(CONFIG_MCU)
+ifeq ($(CONFIG_AVR_FAST_STEPS),y)
+# gcc 5 -O2 forgets that a pointer is to flash when it makes one to step through
+# an array
+PORT_CFLAGS += -fno-ivopts
+else
+OPT := -Os
+PORT_CFLAGS += -mcall-prologues -mstrict-X -fno-move-loop-invariants
+endif
+ifeq ($(CONFIG_HAVE_LIMITED_CODE_SIZE),y)
+PORT_CFLAGS += -mrelax -fno-split-wide-types -fno-tree-scev-cprop
+endif
 LTO_FLAGS := -flto
 PORT_OUTPUTS := $(OUT)klipper.elf $(OUT)klipper.elf.hex
 FLASH_HINT := make flash FLASH_DEVICE=/dev/ttyACM0

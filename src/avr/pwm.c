@@ -19,23 +19,35 @@ struct channel {
     uint8_t is_timer2, is_wide; /* other prescalers; 16 bit compare */
 };
 
-#define WIDE(PIN, N, X) \
-    { PIN, &OCR##N##X##L, &TCCR##N##A, 1 << COM##N##X##1, 0, 1 }
+#define NARROW(PORT, BIT, N, X) \
+    { PIN_NUMBER(PORT, BIT), &OCR##N##X, &TCCR##N##A, 1 << COM##N##X##1, \
+      N == 2, 0 }
+#define WIDE(PORT, BIT, N, X) \
+    { PIN_NUMBER(PORT, BIT), &OCR##N##X##L, &TCCR##N##A, \
+      1 << COM##N##X##1, 0, 1 }
 
 static const ROM struct channel channels[] = {
-#if CONFIG_MACH_atmega2560
-    { 15, &OCR0A, &TCCR0A, 1 << COM0A1, 0, 0 },
-    { 53, &OCR0B, &TCCR0A, 1 << COM0B1, 0, 0 },
-    { 12, &OCR2A, &TCCR2A, 1 << COM2A1, 1, 0 },
-    { 62, &OCR2B, &TCCR2A, 1 << COM2B1, 1, 0 },
-    WIDE(35, 3, A), WIDE(36, 3, B), WIDE(37, 3, C),
-    WIDE(59, 4, A), WIDE(60, 4, B), WIDE(61, 4, C),
-    WIDE(91, 5, A), WIDE(92, 5, B), WIDE(93, 5, C),
+#if CONFIG_AVR_MEGA
+    NARROW('B', 7, 0, A), NARROW('G', 5, 0, B),
+    NARROW('B', 4, 2, A), NARROW('H', 6, 2, B),
+    WIDE('E', 3, 3, A), WIDE('E', 4, 3, B), WIDE('E', 5, 3, C),
+    WIDE('H', 3, 4, A), WIDE('H', 4, 4, B), WIDE('H', 5, 4, C),
+    WIDE('L', 3, 5, A), WIDE('L', 4, 5, B), WIDE('L', 5, 5, C),
+#elif CONFIG_AVR_AT90USB
+    NARROW('B', 7, 0, A), NARROW('D', 0, 0, B),
+    NARROW('B', 4, 2, A), NARROW('D', 1, 2, B),
+    WIDE('C', 6, 3, A), WIDE('C', 5, 3, B), WIDE('C', 4, 3, C),
+#elif CONFIG_AVR_U4
+    NARROW('B', 7, 0, A), NARROW('D', 0, 0, B), WIDE('C', 6, 3, A),
+#elif CONFIG_AVR_X4
+    NARROW('B', 3, 0, A), NARROW('B', 4, 0, B),
+    NARROW('D', 7, 2, A), NARROW('D', 6, 2, B),
+#if CONFIG_MACH_atmega1284p
+    WIDE('B', 6, 3, A), WIDE('B', 7, 3, B),
+#endif
 #else
-    { 11, &OCR0A, &TCCR0A, 1 << COM0A1, 0, 0 },
-    { 12, &OCR0B, &TCCR0A, 1 << COM0B1, 0, 0 },
-    { 31, &OCR2A, &TCCR2A, 1 << COM2A1, 1, 0 },
-    { 30, &OCR2B, &TCCR2A, 1 << COM2B1, 1, 0 },
+    NARROW('D', 6, 0, A), NARROW('D', 5, 0, B),
+    NARROW('B', 3, 2, A), NARROW('D', 3, 2, B),
 #endif
 };
 #define N_CHANNELS (sizeof(channels) / sizeof(channels[0]))

@@ -7,12 +7,12 @@
 #include "core/sched.h"
 
 #define RX_SIZE 192
-#define TX_SIZE 160
+#define TX_SIZE (CONFIG_RAM_SIZE < 2048 ? 72 : 160)
 
 DECL_CONSTANT("RECEIVE_WINDOW", RX_SIZE);
 DECL_CONSTANT("SERIAL_BAUD", CONFIG_SERIAL_BAUD);
 #if CONFIG_SERIAL_PORT == 0
-#if CONFIG_MACH_atmega2560
+#if CONFIG_AVR_MEGA
 DECL_CONSTANT_STR("RESERVE_PINS_serial", "PE0,PE1");
 #else
 DECL_CONSTANT_STR("RESERVE_PINS_serial", "PD0,PD1");
@@ -29,7 +29,11 @@ DECL_CONSTANT_STR("RESERVE_PINS_serial", "PJ0,PJ1");
 #define JOIN(A, B, C) JOIN_(A, B, C)
 #define REG(A, B) JOIN(A, CONFIG_SERIAL_PORT, B)
 /* A chip with one usart names the vectors without a number. */
+#if CONFIG_AVR_X8
+#define VECTOR(NAME) USART##NAME
+#else
 #define VECTOR(NAME) JOIN(USART, CONFIG_SERIAL_PORT, NAME)
+#endif
 
 static uint8_t rx_buf[RX_SIZE], tx_buf[TX_SIZE];
 static volatile uint8_t rx_len, tx_first, tx_end;

@@ -7,9 +7,12 @@
 #include "core/sched.h"
 
 DECL_ENUMERATION("spi_bus", "spi", 0);
-#if CONFIG_MACH_atmega2560
+#if CONFIG_AVR_MEGA || CONFIG_AVR_HAS_USB
 DECL_CONSTANT_STR("BUS_PINS_spi", "PB3,PB2,PB1");
 enum { PIN_MISO = 8 + 3, PIN_MOSI = 8 + 2, PIN_SCK = 8 + 1, PIN_SS = 8 + 0 };
+#elif CONFIG_AVR_X8
+DECL_CONSTANT_STR("BUS_PINS_spi", "PB4,PB3,PB5");
+enum { PIN_MISO = 8 + 4, PIN_MOSI = 8 + 3, PIN_SCK = 8 + 5, PIN_SS = 8 + 2 };
 #else
 DECL_CONSTANT_STR("BUS_PINS_spi", "PB6,PB5,PB7");
 enum { PIN_MISO = 8 + 6, PIN_MOSI = 8 + 5, PIN_SCK = 8 + 7, PIN_SS = 8 + 4 };

@@ -36,12 +36,18 @@ enum {
     BITS_A_BYTE = 10,
     START_CYCLES = 100,         /* between the writes that start the timer */
     MAX_BOOT_CYCLES = 1000000,
+    RAMPZ_ADDRESS = 0x5b,
     N_ADC_VALUES = 8,           /* that libsimavr has room for */
 };
 
 /* simavr_bus.c, where that is linked: its buses lead into the world too. */
 __attribute__((weak)) void simavr_bus_connect(
     avr_t *avr, const struct vmcu_host *host, uint64_t (*clock)(void));
+/* simavr_usb.c, likewise: the console is there if the chip has USB. */
+__attribute__((weak)) int simavr_usb_connect(
+    avr_t *avr, const struct vmcu_host *host, uint64_t (*clock)(void));
+__attribute__((weak)) void simavr_usb_run(void);
+__attribute__((weak)) int simavr_usb_rx(const uint8_t *buf, uint32_t len);
 
 struct chip {
     avr_t *avr;
@@ -57,6 +63,8 @@ struct chip {
     avr_uart_t *uart;
     avr_timer_t *timer;         /* timer 1 */
     uint64_t turn;              /* cycle at which it last was 0 */
+    int has_usb;
+    uint16_t lowest_sp;
 };
 
 static struct chip chip;
@@ -102,6 +110,18 @@ on_pin(avr_irq_t *irq, uint32_t value, void *param)
     chip.host.pin_out(chip.host.ctx, now(), pin, level);
 }
 
+/* SIMAVR_ADC_PINS lists the pins of the channels, as "PF0 PF1 ...". */
+static uint32_t
+find_adc_pin(uint32_t channel)
+{
+    const char *pins = getenv("SIMAVR_ADC_PINS");
+
+    if (!pins || strlen(pins) < channel * 4 + 3)
+        return 0;
+    pins += channel * 4;
+    return (uint32_t)(pins[1] - 'A') * 8 + (uint32_t)(pins[2] - '0');
+}
+
 static void
 on_adc_start(avr_irq_t *irq, uint32_t value, void *param)
 {
@@ -109,10 +129,7 @@ on_adc_start(avr_irq_t *irq, uint32_t value, void *param)
         avr_adc_mux_t mux;
         uint32_t v;
     } e = { .v = value };
-    uint32_t channel = e.mux.src + e.mux.diff * N_ADC_VALUES;
-    /* ADC0..7 are on port F (mega2560), A (644p): told by SIMAVR_ADC_PORT */
-    uint32_t port = env_number("SIMAVR_ADC_PORT", 'F') - 'A';
-    uint32_t pin = (channel < 8 ? port : 'K' - 'A') * 8 + (channel & 7);
+    uint32_t pin = find_adc_pin(e.mux.src + e.mux.diff * N_ADC_VALUES);
     uint32_t fraction;
 
     (void)irq;
@@ -244,13 +261,16 @@ static void
 connect_uart(avr_t *avr)
 {
     uint32_t flags = 0;
+    char name = (char)('0' + env_number("SIMAVR_UART", 0));
 
-    avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
-    FIND_NAMED(avr_uart_t, chip.uart, "uart", '0');
-    chip.uart_in = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'),
+    avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS(name), &flags);
+    FIND_NAMED(avr_uart_t, chip.uart, "uart", name);
+    if (!chip.uart)
+        return;
+    chip.uart_in = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ(name),
                                  UART_IRQ_INPUT);
     avr_irq_register_notify(
-        avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT),
+        avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ(name), UART_IRQ_OUTPUT),
         on_uart_out, NULL);
 }
 
@@ -272,6 +292,24 @@ start_clock(uint64_t clock)
     return 0;
 }
 
+/* A chip that libsimavr does not know, made of one that it does: its memories
+ * are told by SIMAVR_FLASHEND, SIMAVR_RAMEND and SIMAVR_E2END. */
+static avr_t *
+make_chip(const char *mcu)
+{
+    const char *core = getenv("SIMAVR_CORE");
+    avr_t *avr = avr_make_mcu_by_name(core ? core : mcu);
+
+    if (!avr)
+        return NULL;
+    avr->flashend = env_number("SIMAVR_FLASHEND", avr->flashend);
+    avr->ramend = (uint16_t)env_number("SIMAVR_RAMEND", avr->ramend);
+    avr->e2end = env_number("SIMAVR_E2END", avr->e2end);
+    if (avr->flashend > 0xffff)
+        avr->rampz = RAMPZ_ADDRESS;
+    return avr_init(avr) ? NULL : avr;
+}
+
 static int32_t
 power_on(const struct vmcu_host *host, uint64_t clock)
 {
@@ -283,8 +321,8 @@ power_on(const struct vmcu_host *host, uint64_t clock)
     memset(&firmware, 0, sizeof(firmware));
     if (!path || !mcu || elf_read_firmware(path, &firmware))
         return -1;
-    avr = avr_make_mcu_by_name(mcu);
-    if (!avr || avr_init(avr))
+    avr = make_chip(mcu);
+    if (!avr)
         return -2;
     snprintf(firmware.mmcu, sizeof(firmware.mmcu), "%s", mcu);
     firmware.frequency = env_number("SIMAVR_HZ", 16000000);
@@ -294,12 +332,16 @@ power_on(const struct vmcu_host *host, uint64_t clock)
     avr->log = LOG_ERROR;
     chip.avr = avr;
     chip.host = *host;
+    chip.lowest_sp = 0xffff;
     chip.byte_cycles = firmware.frequency * BITS_A_BYTE
         / env_number("SIMAVR_BAUD", 250000);
     chip.entry_cycles = avr->flashend > 0x1ffff ? 5 : 4;
     FIND_NAMED(avr_timer_t, chip.timer, "timer", '1');
     connect_pins(avr);
-    connect_uart(avr);
+    if (simavr_usb_connect)
+        chip.has_usb = simavr_usb_connect(avr, host, now);
+    if (!chip.has_usb)
+        connect_uart(avr);
     connect_adc(avr);
     if (simavr_bus_connect)
         simavr_bus_connect(avr, host, now);
@@ -315,6 +357,8 @@ rx(uint64_t clock, const uint8_t *buf, uint32_t len)
     uint32_t i;
 
     (void)clock;
+    if (chip.has_usb)
+        return simavr_usb_rx(buf, len);
     if (len > RX_SIZE - (chip.rx_head - chip.rx_tail))
         return 0;
     for (i = 0; i < len; i++)
@@ -336,6 +380,24 @@ raise_lost_compare(void)
         avr_raise_interrupt(chip.avr, &timer->comp[AVR_TIMER_COMPA].interrupt);
 }
 
+static void
+note_stack(void)
+{
+    uint16_t sp = (uint16_t)(chip.avr->data[R_SPL]
+                             | chip.avr->data[R_SPH] << 8);
+
+    if (sp && sp < chip.lowest_sp)
+        chip.lowest_sp = sp;
+}
+
+/* Bytes of stack that were in use at most since power came on. */
+uint32_t simavr_stack_used(void);
+uint32_t
+simavr_stack_used(void)
+{
+    return chip.avr->ramend - chip.lowest_sp;
+}
+
 static uint64_t
 run(uint64_t until)
 {
@@ -345,11 +407,15 @@ run(uint64_t until)
         int8_t was;
         int state;
 
-        feed_uart();
+        if (chip.has_usb)
+            simavr_usb_run();
+        else
+            feed_uart();
         avr->run_cycle_limit = until - now() < 100 ? until - now() : 100;
         was = avr->interrupt_state;
         state = avr_run(avr);
         raise_lost_compare();
+        note_stack();
         if (was == -1 && avr->interrupt_state > 0)
             avr_service_interrupts(avr);
         if (state == cpu_Done || state == cpu_Crashed)

@@ -1,86 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """SPI, I2C and pulses of the AVR firmware on an emulated chip."""
 
-import os
-import pathlib
-import subprocess
-import sys
-
 import pytest
-
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "test" / "firmware"))
-from simboard import SimBoard  # noqa: E402
+import simavr_chip
+from simavr_board import AvrBoard, find_pin
 
 pytestmark = [
     pytest.mark.emulator,
-    pytest.mark.skipif(not os.path.exists("/usr/include/simavr/sim_avr.h"),
-                       reason="needs libsimavr-dev")]
+    pytest.mark.skipif(not simavr_chip.is_installed(), reason="needs libsimavr-dev")]
 MS = 16000
-PORTS = {"atmega2560": "F", "atmega644p": "A"}
-
-
-class AvrBoard(SimBoard):
-    """Messages take their time on the wire."""
-
-    def send_raw(self, data):
-        self.ops.rx(self.clock, data, len(data))
-        self.run(self.clock + 8 * MS)
-
-    def _tx(self, ctx, clock, buf, size):
-        """Bytes come one by one: pass on whole blocks."""
-        self.partial = getattr(self, "partial", b"") + bytes(buf[:size])
-        size = self.partial[0]
-        if len(self.partial) >= size:
-            block, self.partial = self.partial[:size], self.partial[size:]
-            super()._tx(ctx, clock, block, size)
 
 
 @pytest.fixture(scope="module")
 def adapter(tmp_path_factory):
-    """Path of the shared object that wraps libsimavr with its buses."""
-    path = tmp_path_factory.mktemp("simavr") / "simavr_bus.so"
-    subprocess.run(
-        ["cc", "-std=gnu11", "-O2", "-shared", "-fPIC", "-Wall", "-Wextra",
-         "-Werror", "-I", str(ROOT / "klippy_ext" / "csrc"),
-         "-I", "/usr/include/simavr",
-         str(ROOT / "test/emulator/simavr_vmcu.c"),
-         str(ROOT / "test/emulator/simavr_bus.c"), "-o", str(path),
-         "-lsimavr", "-lelf"], check=True)
-    return path
+    return simavr_chip.build_adapter(tmp_path_factory.mktemp("simavr"))
 
 
-@pytest.fixture(scope="module", params=PORTS)
+@pytest.fixture(scope="module", params=["atmega2560", "atmega644p"])
 def chip(request, tmp_path_factory):
     """(name of the chip, its firmware)"""
     out = tmp_path_factory.mktemp("avr")
-    subprocess.run(
-        ["make", "firmware", "OUT=%s/" % (out,),
-         "KCONFIG_CONFIG=test/configs/%s.config" % (request.param,),
-         "PYTHON=" + sys.executable], cwd=ROOT, check=True,
-        capture_output=True)
-    return request.param, out / "klipper.elf"
+    return request.param, simavr_chip.build_firmware(out, request.param)
 
 
 @pytest.fixture
 def board(chip, adapter, monkeypatch):
-    monkeypatch.setenv("SIMAVR_ELF", str(chip[1]))
-    monkeypatch.setenv("SIMAVR_MCU", chip[0])
-    monkeypatch.setenv("SIMAVR_ADC_PORT", str(ord(PORTS[chip[0]])))
-    board = AvrBoard(adapter)
-    board.run(10 * MS)
-    board.identify()
-    return board
-
-
-def find_pin(board, name):
-    """Number of a pin such as PB4, through the dictionary's ranges."""
-    for first, number in board.dictionary["enumerations"]["pin"].items():
-        start, count = number if isinstance(number, list) else (number, 1)
-        offset = int(name[2:]) - int(first[2:])
-        if name[:2] == first[:2] and 0 <= offset < count:
-            return start + offset
-    raise KeyError(name)
+    simavr_chip.choose_chip(monkeypatch, chip[1], chip[0])
+    return AvrBoard(adapter)
 
 
 def test_spi(board):

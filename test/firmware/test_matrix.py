@@ -17,7 +17,8 @@ def test_configuration_builds(name):
     flash, memory = firmware_matrix.read_sizes(prefix, out / "klipper.elf")
     print("%-12s %6d bytes of flash, %6d of memory" % (name, flash, memory))
     if "FLASH_SIZE" in options and options["FLASH_SIZE"] != "0":
-        start = int(options["FLASH_APPLICATION_ADDRESS"], 0)
-        room = int(options["FLASH_BASE"], 0) + int(options["FLASH_SIZE"], 0) - start
+        start = int(options.get("FLASH_APPLICATION_ADDRESS", "0"), 0)
+        base = int(options.get("FLASH_BASE", "0"), 0)
+        room = base + int(options["FLASH_SIZE"], 0) - start
         assert flash <= room
         assert memory + int(options["STACK_SIZE"]) < int(options["RAM_SIZE"], 0)
