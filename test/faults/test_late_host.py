@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A host that does nothing for a while, at random moments of a print."""
 
+import math
 import random
 import re
 
@@ -21,7 +22,8 @@ SLOW = 25.
 class StallingRun(PrinterRun):
     """Stands still for so many s, again and again, while a file is printed.
 
-    is_whole: no other thread of the process runs meanwhile either.
+    stall: s, or None for 0.01 to 5 s by chance.  is_whole: no other thread of the
+    process runs meanwhile either; None for either by chance.
     """
 
     def __init__(self, config, folder, stall, seed=1, is_whole=False):
@@ -43,10 +45,15 @@ class StallingRun(PrinterRun):
 
     def _stand_still(self, eventtime):
         """The world goes on, and the host does not look."""
-        if self.is_whole:
+        is_whole, stall = self.is_whole, self.stall
+        if is_whole is None:
+            is_whole = self.draw.random() < 0.5
+        if stall is None:
+            stall = 10. ** self.draw.uniform(-2., math.log10(5.))
+        if is_whole:
             self.printer.lookup_object("motion_queuing").settle()
-        while self.world.monotonic() < eventtime + self.stall:
-            self.world.advance(eventtime + self.stall)
+        while self.world.monotonic() < eventtime + stall:
+            self.world.advance(eventtime + stall)
         self.n_stalls += 1
         return self.world.monotonic() + self.draw.uniform(0.3, 4.)
 
@@ -127,6 +134,25 @@ def test_a_stopped_process_holds_the_print(tmp_path, kind, stall):
     """Motion stands where what was sent ends, and goes on from there."""
     run = run_stalls(tmp_path, kind, stall, is_whole=True)
     assert run.printer.lookup_object("motion_queuing").n_holds > 5
+
+
+@pytest.mark.parametrize("points", [
+    60, pytest.param(1000, marks=pytest.mark.slow)])
+def test_stalls_at_random_points(tmp_path, points):
+    """10 ms to 5 s, of the main thread or of the process: all ends alike."""
+    config = make_config(KIND)
+    before, job = cut_sample("cube20.gcode", KIND, N_LINES)
+    path = tmp_path / "job.gcode"
+    path.write_text(job)
+    plain = PrinterRun(config, tmp_path).run([before, path], 1).snapshots[-1]
+    done = seed = 0
+    while done < points:
+        seed += 1
+        run = StallingRun(config, tmp_path, None, seed, None).run([before, path], 1)
+        end = run.snapshots[-1]
+        assert (end.position, end.counts) == (plain.position, plain.counts)
+        assert run.count_late_events() == 0 and run.n_stalls > 10
+        done += run.n_stalls
 
 
 @pytest.mark.parametrize("kind, stall, is_whole", [
