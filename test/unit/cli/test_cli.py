@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The command line: finding sub-commands, exit statuses."""
 
+import argparse
 import os
 import pathlib
 import subprocess
@@ -85,3 +86,46 @@ def test_path_launcher_hides_the_flat_files(tmp_path):
 def test_version_is_told(capsys):
     assert cli.main(["--version"]) == 0
     assert capsys.readouterr().out.startswith("klippy ")
+
+
+class Manager:
+    """Stands where the service manager is told about printers: ends them all."""
+
+    def __init__(self):
+        self.states, self.restart = [], ["restart"]
+
+    def watch(self, printer):
+        reactor = printer.get_reactor()
+
+        def follow(eventtime):
+            state = printer.get_state_message()[1]
+            if state == "startup":
+                return eventtime + 0.1
+            self.states.append((state, printer.get_start_args()["start_reason"]))
+            printer.request_exit(self.restart.pop() if self.restart else "exit")
+            return reactor.NEVER
+        reactor.register_timer(follow, reactor.NOW)
+
+    def send(self, **fields):
+        self.states.append(fields)
+
+    def close(self):
+        pass
+
+
+def test_run_drives_a_simulated_machine(tmp_path):
+    parser = argparse.ArgumentParser()
+    run_module.add_arguments(parser)
+    config = ROOT / "config" / "sample-cartesian.cfg"
+    daemon = run_module.Daemon(parser.parse_args([
+        str(config), "--simulate", "--speed", "0", "-n"]))
+    daemon.notifier = Manager()
+    assert daemon.run() == 0
+    assert daemon.notifier.states == [
+        ("ready", "startup"), ("ready", "restart"), {"STOPPING": 1}]
+
+
+def test_run_tells_why_there_is_no_simulated_machine(tmp_path, capsys):
+    path = tmp_path / "printer.cfg"
+    assert cli.main(["run", str(path), "--simulate", "-n"]) == 2
+    assert "printer.cfg" in capsys.readouterr().err
