@@ -20,6 +20,7 @@ from klippy.gcode_command import (
     is_classic,
     shorten,
 )
+from klippy.slownote import SLOW_TIME
 from klippy_ext.gscan import MoveScan
 
 __all__ = ["Coord", "GCodeCommand", "GCodeDispatch", "LineRunner", "MoveSink",
@@ -143,7 +144,8 @@ class GCodeDispatch:
         self.printer = printer
         start_args = printer.get_start_args()
         self.is_fileinput = bool(start_args.get("debuginput"))
-        self.mutex = ScriptMutex(printer.get_reactor().mutex())
+        self.reactor = printer.get_reactor()
+        self.mutex = ScriptMutex(self.reactor.mutex())
         self.is_printer_ready = False
         self.output_callbacks = []
         self.base_gcode_handlers = self.gcode_handlers = {}
@@ -319,12 +321,18 @@ class GCodeDispatch:
         gcmd.ack()
 
     def _call(self, handler, gcmd):
+        reactor = self.reactor
+        start, switches = reactor.monotonic(), reactor.n_switches
         try:
             handler(gcmd)
         except PrinterError:
             raise
         except Exception as exc:
             raise self.make_internal_error(exc, gcmd.get_commandline())
+        if reactor.n_switches == switches:
+            busy = reactor.monotonic() - start
+            if busy > SLOW_TIME:
+                reactor.slow.note(busy, "G-code command " + gcmd.get_command())
 
     def _find_name(self, match):
         """Name of the command in upper case and where its text ends."""

@@ -6,6 +6,8 @@ long as that takes; from then on the plan is followed slowly at first, up to its
 own pace.  Places are exact: only the time at which they are reached changes.
 """
 
+import logging
+
 # Motion that is less ahead of the mcu (s) is late
 LATE_LEAD = 0.03
 # When it goes on: so far ahead of the mcu (s)
@@ -13,6 +15,8 @@ RESUME_LEAD = 0.25
 # How long it takes to be back at its own pace (s), in so many pieces
 RAMP_TIME = 0.30
 RAMP_PIECES = 24
+# What kept the host busy is known so long (s) after it is back
+TELL_DELAY = 0.1
 
 
 class Ramp:
@@ -61,3 +65,32 @@ class Ramp:
     def is_over(self):
         """True if all pieces were listed to their ends."""
         return self.piece >= RAMP_PIECES
+
+
+class LateReport:
+    """Tells once what kept the host from its work, and logs it each time."""
+
+    def __init__(self, printer):
+        self.printer = printer
+        self.reactor = printer.get_reactor()
+        self.told = set()
+        self.text = None
+
+    def note(self, text):
+        """Motion has suffered: `text` says how.  The reason is known later."""
+        if self.text is None:
+            self.reactor.register_callback(
+                self._tell, self.reactor.monotonic() + TELL_DELAY)
+        self.text = text
+
+    def _tell(self, eventtime):
+        seconds, what = self.reactor.slow.take()
+        if what:
+            reason = "%s kept it busy for %.1f s" % (what, seconds)
+        else:
+            reason = "the system did not let it run"
+        text, self.text = "The host was late and %s: %s" % (self.text, reason), None
+        logging.warning("%s", text)
+        if what not in self.told:
+            self.told.add(what)
+            self.printer.lookup_object("gcode").respond_info(text, log=False)

@@ -6,7 +6,6 @@ the end of the plan is made just in time by a timer, so that moves which come
 later can go on where the plan ends.  See docs/internals/motion.md.
 """
 
-import logging
 import math
 
 from klippy import motionhold
@@ -115,6 +114,7 @@ class MotionQueue:
         self.is_moving = False
         self.ramp = None
         self.n_holds = 0
+        self.report = motionhold.LateReport(self.printer)
         self.is_dripping = False
         self.timer = self.reactor.register_timer(self._handle_timer)
         register = self.printer.register_event_handler
@@ -294,7 +294,10 @@ class MotionQueue:
 
     def settle(self):
         """Take over from the guard; what it did is part of the plan now."""
+        n_stops = self.guard.n_stops
         reached = self.guard.disarm()
+        if self.guard.n_stops > n_stops:
+            self.report.note("motion came to a planned stop")
         if reached is not None and reached > self.last_step_gen_time:
             self.last_step_gen_time = reached
             self.last_flush_time = max(self.last_flush_time, reached)
@@ -317,8 +320,8 @@ class MotionQueue:
             self.last_step_gen_time, now + hold + motionhold.RESUME_LEAD)
         self.mcu.add_hold(ramp.calc_hold() - hold)
         self.n_holds += 1
-        logging.warning("The host was late by %.3f s: motion stood still until it"
-                        " was back", motionhold.LATE_LEAD - lead)
+        self.report.note("motion stood still for %.1f s" % (
+            motionhold.LATE_LEAD - lead,))
         self.printer.send_event("motion_queuing:hold", ramp.calc_hold() - hold)
 
     def _list_ramp(self, step_gen_time):

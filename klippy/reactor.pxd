@@ -63,6 +63,8 @@ cdef class Reactor:
     cdef object _error_handler
     cdef object _error
     cdef sec_t _now
+    cdef readonly long long n_switches
+    cdef readonly object slow
     cpdef update_timer(self, Timer timer, sec_t waketime)
     cdef int _arm(self, Timer timer, sec_t waketime) except -1
     cpdef unregister_timer(self, Timer timer)
@@ -74,6 +76,7 @@ cdef class Reactor:
     cdef int _run_timer(self, Timer timer) except -1
     cdef _run_file_events(self, FileHandler handler, int events)
     cdef int _start(self, object job) except -1
+    @cython.locals(start=double, busy=double)
     cdef int _switch_to(self, object worker) except -1
     @cython.locals(timer=Timer, waketime=sec_t)
     cdef int _run_job(self, object job) except -1

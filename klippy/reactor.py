@@ -15,6 +15,7 @@ import threading
 
 import greenlet
 
+from klippy.slownote import SLOW_TIME, SlowNote
 from klippy.timerheap import Timer, TimerHeap
 from klippy.waiter import NEVER as _NEVER
 from klippy.waiter import RealWaiter, VirtualWaiter
@@ -126,7 +127,7 @@ class Worker(greenlet.greenlet):
     def __init__(self, reactor, hub):
         greenlet.greenlet.__init__(self, reactor.run_worker, hub)
         self.wake_timer = Timer(None, self)
-        self.job = None
+        self.job = self.last_job = None
 
 
 class Outside:
@@ -155,6 +156,8 @@ class Reactor:
         self._is_running = self._is_finalized = False
         self._error_handler = self._error = None
         self._now = _NOW        # time of the round of timers that runs
+        self.n_switches = 0     # to workers: the same means without a break
+        self.slow = SlowNote()
 
     # Time
 
@@ -393,7 +396,7 @@ class Reactor:
         else:
             worker = Worker(self, self._hub)
             self._workers.add(worker)
-        worker.job = job
+        worker.job = worker.last_job = job
         self._switch_to(worker)
         return 0
 
@@ -401,10 +404,16 @@ class Reactor:
         self._current = worker
         if worker.parent is not self._hub:
             worker.parent = self._hub
+        self.n_switches += 1
+        start = self.clock.monotonic()
         try:
             worker.switch()
         finally:
             self._current = None
+        busy = self.clock.monotonic() - start
+        if busy > SLOW_TIME:
+            job = getattr(worker, "last_job", None)
+            self.slow.note(busy, getattr(job, "callback", None) or job)
         return 0
 
     def run_worker(self):

@@ -122,6 +122,9 @@ def test_long_stalls_end_in_a_planned_stop(tmp_path, kind, stall):
                            ("motion_queuing", "toolhead"))
     assert motion.guard.n_stops > 5 and motion.n_holds == 0
     assert toolhead.print_stall == motion.guard.n_stops
+    told = [text for text in run.responses if "planned stop" in text]
+    assert told == ["// The host was late and motion came to a planned stop: test_late"
+                    "_host.StallingRun._stand_still kept it busy for %.1f s" % stall]
     if kind not in ("corexy", "delta"):
         speeds = measure_stops(run)
         assert len(speeds) > 5 and speeds.max() < SLOW

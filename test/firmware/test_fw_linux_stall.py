@@ -112,3 +112,4 @@ def test_a_busy_main_thread_comes_to_a_planned_stop(machine):
     print_laps(machine, 4, lambda work: None, "BUSY N=%d\n" % n + LAP)
     check_at(machine, origin, 10., 10., 2.)
     assert printer.status("motion_queuing")["planned_stops"] == 1
+    assert "came to a planned stop: G-code command BUSY" in printer.log.read_text()
