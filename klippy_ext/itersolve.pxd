@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from klippy_ext.c_itersolve cimport itersolve
+from klippy_ext.shaper cimport ShapedPath
 from klippy_ext.stepcompress cimport StepCompress
 from klippy_ext.trapq cimport TrapQ
 
@@ -11,6 +12,7 @@ cdef class StepperKinematics:
     cdef readonly TrapQ trapq
     cdef readonly StepCompress stepcompress
     cdef readonly object origin
+    cdef readonly ShapedPath shaper
 
     cdef itersolve *get(self) except NULL
 

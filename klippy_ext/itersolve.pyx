@@ -22,6 +22,8 @@ from klippy_ext.c_itersolve cimport (
     itersolve_set_stepcompress,
     itersolve_set_trapq,
 )
+from klippy_ext.c_shaper cimport shaper_attach
+from klippy_ext.shaper cimport ShapedPath
 from klippy_ext.stepcompress cimport StepCompress
 from klippy_ext.trapq cimport TrapQ
 
@@ -58,6 +60,20 @@ cdef class StepperKinematics:
         """Take the moves from this queue; None to stand still."""
         itersolve_set_trapq(self.get(), tq.tq if tq is not None else NULL)
         self.trapq = tq
+
+    def set_shaper(self, ShapedPath shaper):
+        """Follow this path from now on; None to follow the plan.
+
+        A path is for one stepper.  All steps must be made, and the plan must
+        rest as far as the old and the new path look around that time.
+        """
+        cdef itersolve *its = self.get()
+        if shaper is not None:
+            if shaper.is_used:
+                raise ValueError("a shaped path is for one stepper")
+            shaper.is_used = True
+        shaper_attach(its, shaper.path if shaper is not None else NULL)
+        self.shaper = shaper
 
     def set_stepcompress(self, StepCompress sc, double step_dist):
         """Hand steps of step_dist mm to sc; None to count them only."""

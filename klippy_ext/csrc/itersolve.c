@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "itersolve.h"
+#include "shaper.h"
 #include "stepcompress.h"
 
 enum { BATCH = 128 };
@@ -48,6 +49,8 @@ itersolve_set_position(struct itersolve *is, const double pos[3])
 {
     is->origin = itersolve_calc_position(is, pos);
     is->n_steps = 0;
+    if (is->path)
+        is->path->barrier = is->done_time;
 }
 
 double
@@ -67,16 +70,17 @@ double
 itersolve_find_active(const struct itersolve *is, double until)
 {
     const struct trapq *tq = is->tq;
+    double ahead = is->path ? is->path->pre : 0.;
+    double from = is->done_time - (is->path ? is->path->post : 0.);
 
     if (!tq)
         return 0.;
-    for (uint64_t i = trapq_find(tq, is->cursor, is->done_time);
-         i < tq->end; i++) {
+    for (uint64_t i = trapq_find(tq, is->cursor, from); i < tq->end; i++) {
         const struct trapseg *seg = trapq_get(tq, i);
-        if (seg->time >= until)
+        if (seg->time - ahead >= until)
             break;
         if (itersolve_is_moved_by(is, seg) && !trapseg_is_rest(seg))
-            return seg->time;
+            return fmax(seg->time - ahead, 0.);
     }
     return 0.;
 }
@@ -194,6 +198,15 @@ emit_segments(struct itersolve *is, double start, double end)
     return ret;
 }
 
+static int
+emit_between(struct itersolve *is, double start, double end)
+{
+    if (is->path)
+        return shaper_emit(is, start, end);
+    return is->kind->emit_range ? is->kind->emit_range(is, start, end)
+                                : emit_segments(is, start, end);
+}
+
 int
 itersolve_generate(struct itersolve *is, double print_time)
 {
@@ -204,9 +217,7 @@ itersolve_generate(struct itersolve *is, double print_time)
         return 0;
     is->done_time = print_time;
     if (is->tq && is->active_axes && !trapq_is_empty(is->tq))
-        ret = is->kind->emit_range
-            ? is->kind->emit_range(is, start, print_time)
-            : emit_segments(is, start, print_time);
+        ret = emit_between(is, start, print_time);
     if (is->sc)
         stepcompress_note_made(is->sc, print_time);
     return ret;
@@ -222,5 +233,7 @@ itersolve_check(const struct itersolve *is)
         return -2;
     if (is->scan_pre < 0. || is->scan_post < 0.)
         return -3;
+    if (is->path && shaper_path_check(is->path))
+        return shaper_path_check(is->path);
     return is->kind->check ? is->kind->check(is) : 0;
 }

@@ -23,6 +23,7 @@
 #include "trapq.h"
 
 struct itersolve;
+struct shaper_path;
 struct stepcompress;
 
 enum { ITERSOLVE_X = 1, ITERSOLVE_Y = 2, ITERSOLVE_Z = 4 };
@@ -44,6 +45,10 @@ struct itersolve_kind {
     int (*emit_range)(struct itersolve *is, double start, double end);
     /* As itersolve_check(), for what is its own; or NULL. */
     int (*check)(const struct itersolve *is);
+    /* Where the position is weights . pos + offset; or NULL. */
+    void (*get_weights)(const struct itersolve *is, double weights[3],
+                        double *offset);
+    double period;              /* of positions that are angles; or 0 */
 };
 
 /* First member of every kinematics. */
@@ -58,6 +63,7 @@ struct itersolve {
     uint64_t cursor;            /* number of the segment there */
     double scan_pre, scan_post; /* s of segments needed around a time */
     uint32_t active_axes;       /* ITERSOLVE_X ... that move this stepper */
+    struct shaper_path *path;   /* followed instead of the plan; or NULL */
 };
 
 /* Stepper position in steps as a polynomial: p0 + (p1 + p2 * t) * t. */

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Linear kinematics.  See kin_linear.h. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "kin_linear.h"
+#include "shaper.h"
 
 static double
 get_sum(const struct itersolve *is, const double v[3])
@@ -33,8 +35,17 @@ emit(struct itersolve *is, const struct trapseg *seg, double from, double to)
     return itersolve_emit_quadratic(is, &q, from, to);
 }
 
+static void
+get_weights(const struct itersolve *is, double weights[3], double *offset)
+{
+    const struct kin_linear *k = (const struct kin_linear *)is;
+
+    memcpy(weights, k->coeffs, sizeof(k->coeffs));
+    *offset = k->offset;
+}
+
 static const struct itersolve_kind kind = {
-    .get_position = get_position, .emit = emit,
+    .get_position = get_position, .emit = emit, .get_weights = get_weights,
 };
 
 void
@@ -45,6 +56,8 @@ kin_linear_set(struct kin_linear *k, double cx, double cy, double cz,
     k->coeffs[1] = cy;
     k->coeffs[2] = cz;
     k->offset = offset;
+    if (k->is.path)
+        k->is.path->barrier = k->is.done_time;
     k->is.active_axes = (cx != 0. ? ITERSOLVE_X : 0u)
         | (cy != 0. ? ITERSOLVE_Y : 0u) | (cz != 0. ? ITERSOLVE_Z : 0u);
 }

@@ -149,7 +149,7 @@ emit(struct itersolve *is, const struct trapseg *seg, double from, double to)
 }
 
 static const struct itersolve_kind kind = {
-    .get_position = get_position, .emit = emit,
+    .get_position = get_position, .emit = emit, .period = TURN,
 };
 
 struct kin_polar *

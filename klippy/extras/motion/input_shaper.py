@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""[input_shaper]: moves that do not set off the resonances of the machine.
+
+The steppers of the tool head follow the plan averaged over a little time, each
+axis in its own way.  See docs/input_shaping.md.
+"""
+
+from typing import NamedTuple
+
+from klippy.errors import CommandError
+from klippy.extras import shaper_defs, shaper_kernels
+from klippy_ext.shaper import ShapedPath
+
+AXES = "xyz"
+DEFAULT_TYPE = "mzv"
+DEFAULT_DAMPING = 0.1
+NAMES = (*shaper_defs.FAMILIES, *shaper_kernels.DESIGNS)
+
+
+class AxisSetting(NamedTuple):
+    """One axis: shaper_freq in Hz, 0 for none."""
+    shaper_type: str
+    shaper_freq: float
+    damping_ratio: float
+
+    def find_fault(self):
+        """What is wrong with the setting, or None."""
+        if self.shaper_type not in NAMES:
+            return "there is no shaper '%s': it is one of %s" % (
+                self.shaper_type, ", ".join(NAMES))
+        top = find_max_damping(self.shaper_type)
+        if not 0. <= self.damping_ratio <= top:
+            return "damping ratio %g: of shaper '%s' it is 0 to %g" % (
+                self.damping_ratio, self.shaper_type, top)
+        return None
+
+    def apply(self, path, axis):
+        """Set up an axis (0..2) of a ShapedPath."""
+        args = self.shaper_type, self.shaper_freq, self.damping_ratio
+        if self.shaper_freq <= 0.:
+            return
+        if self.shaper_type in shaper_kernels.DESIGNS:
+            kernel = shaper_kernels.make_kernel(*args)
+            path.set_kernel(axis, kernel.coeffs, kernel.half)
+        else:
+            shaper = shaper_defs.make_shaper(*args)
+            path.set_impulses(axis, shaper.weights, shaper.delays)
+
+    def get_status(self):
+        """The setting by name."""
+        return self._asdict()
+
+
+def find_max_damping(shaper_type):
+    """Greatest damping ratio that a shaper is made for."""
+    family = shaper_defs.FAMILIES.get(shaper_type)
+    return shaper_kernels.MAX_DAMPING if family is None else family.max_damping
+
+
+def read_setting(config, axis):
+    """The AxisSetting of a section.  Raises ConfigError."""
+    default = config.get("shaper_type", DEFAULT_TYPE)
+    setting = AxisSetting(
+        config.get("shaper_type_" + axis, default).lower(),
+        config.getfloat("shaper_freq_" + axis, 0., minval=0.),
+        config.getfloat("damping_ratio_" + axis, DEFAULT_DAMPING, minval=0.))
+    fault = setting.find_fault()
+    if fault is not None:
+        raise config.error("Section '%s', axis %s: %s"
+                           % (config.get_name(), axis, fault))
+    return setting
+
+
+class InputShaper:
+    """Object input_shaper."""
+
+    def __init__(self, config):
+        self.printer = config.get_printer()
+        self.settings = {axis: read_setting(config, axis) for axis in AXES}
+        self.steppers = []
+        self.n_disabled = 0
+        self.printer.register_event_handler("klippy:connect", self._handle_connect)
+        self.printer.lookup_object("gcode").register_command(
+            "SET_INPUT_SHAPER", self.cmd_SET_INPUT_SHAPER,
+            desc=self.cmd_SET_INPUT_SHAPER_help)
+
+    def _handle_connect(self):
+        self.toolhead = self.printer.lookup_object("toolhead")
+        self.queuing = self.printer.lookup_object("motion_queuing")
+        self.steppers = [stepper for stepper in
+                         self.toolhead.get_kinematics().get_steppers()
+                         if stepper.kinematics is not None]
+        self._switch(self.settings)
+
+    def _make_paths(self, settings):
+        """A ShapedPath for each stepper, or None where nothing is shaped."""
+        if not any(setting.shaper_freq > 0. for setting in settings.values()):
+            return [None] * len(self.steppers)
+        paths = [ShapedPath() for _ in self.steppers]
+        for path in paths:
+            for axis, setting in enumerate(settings.values()):
+                setting.apply(path, axis)
+        return paths
+
+    def _switch(self, settings):
+        """Shape by other settings from the end of all moves on."""
+        paths = self._make_paths(settings)
+        width = max([max(path.scan_window()) for path in paths if path is not None],
+                    default=0.)
+        reserved = self.queuing.reserve_scan_window(width)
+        try:
+            self._come_to_rest()
+            for stepper, path in zip(self.steppers, paths, strict=True):
+                stepper.kinematics.set_shaper(path)
+        finally:
+            self.queuing.release_scan_window(reserved)
+
+    def _come_to_rest(self):
+        """Make all steps, so far that the widest window sees only rest."""
+        self.toolhead.flush_step_generation()
+        self.queuing.note_mcu_movequeue_activity(self.toolhead.print_time)
+        self.queuing.flush_all_steps()
+        self.queuing.settle()
+
+    def get_settings(self):
+        """{axis: AxisSetting} as last set."""
+        return dict(self.settings)
+
+    def disable_shaping(self):
+        """Follow the plan itself until enable_shaping(), as often as that."""
+        self.n_disabled += 1
+        if self.n_disabled == 1:
+            self._switch({axis: setting._replace(shaper_freq=0.)
+                          for axis, setting in self.settings.items()})
+
+    def enable_shaping(self):
+        """Undo a disable_shaping()."""
+        if not self.n_disabled:
+            return
+        self.n_disabled -= 1
+        if not self.n_disabled:
+            self._switch(self.settings)
+
+    def get_status(self, eventtime):
+        """{axis: setting} of printer.input_shaper."""
+        return {axis: setting.get_status()
+                for axis, setting in self.settings.items()}
+
+    # Commands
+
+    cmd_SET_INPUT_SHAPER_help = "Change or show the shapers of the axes"
+
+    def cmd_SET_INPUT_SHAPER(self, gcmd):
+        """Change what is named, then tell all settings."""
+        settings = {axis: self._read_command(gcmd, axis) for axis in AXES}
+        if settings != self.settings:
+            if not self.n_disabled:
+                self._switch(settings)
+            self.settings = settings
+        gcmd.respond_info("\n".join(
+            "shaper_type_%s:%s shaper_freq_%s:%.3f damping_ratio_%s:%.6f" % (
+                axis, setting.shaper_type, axis, setting.shaper_freq,
+                axis, setting.damping_ratio)
+            for axis, setting in self.settings.items()))
+
+    def _read_command(self, gcmd, axis):
+        old, name = self.settings[axis], axis.upper()
+        default = gcmd.get("SHAPER_TYPE", old.shaper_type)
+        setting = AxisSetting(
+            gcmd.get("SHAPER_TYPE_" + name, default).lower(),
+            gcmd.get_float("SHAPER_FREQ_" + name, old.shaper_freq, minval=0.),
+            gcmd.get_float("DAMPING_RATIO_" + name, old.damping_ratio, minval=0.))
+        fault = setting.find_fault()
+        if fault is not None:
+            raise CommandError("Axis %s: %s" % (name, fault))
+        return setting
+
+
+def load_config(config):
+    """Section [input_shaper]."""
+    return InputShaper(config)

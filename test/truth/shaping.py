@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Input shapers by their published formulas, and paths shaped by them, slowly.
+
+Impulses: Singer & Seering 1990 (zv, zvd), Singhose et al. 1997 (ei and its
+multi-hump forms, 5 % tolerated), mzv with three impulses 3/8 of a period apart.
+Kernels: the design of docs/input_shaping.md, solved by Gauss and numpy.
+"""
+
+import numpy as np
+from numpy.polynomial import legendre, polynomial
+
+from truth.path import Path
+
+TOLERATED = 0.05
+# width (periods), band, number of free coefficients, roughness
+KERNELS = {"smooth_zv": (0.85, 0., 5, 1e-4), "smooth_mzv": (0.96, 0.10, 7, 1e-4),
+           "smooth_ei": (1.2, 0.18, 7, 1e-4), "smooth_2hump_ei": (1.4, 0.30, 9, 5e-5),
+           "smooth_si": (1.6, 0.40, 9, 5e-5)}
+IMPULSES = ("zv", "mzv", "zvd", "ei", "2hump_ei", "3hump_ei")
+NAMES = (*IMPULSES, *KERNELS)
+NODES, NODE_WEIGHTS = legendre.leggauss(10)
+FINE, FINE_WEIGHTS = legendre.leggauss(60)
+
+
+def undamped(name):
+    """Amplitudes by impulse, and their distance in periods."""
+    v = TOLERATED
+    if name == "zv":
+        return np.array([.5, .5]), .5
+    if name == "zvd":
+        return np.array([.25, .5, .25]), .5
+    if name == "mzv":
+        side = 1 - 1 / np.sqrt(2)
+        return np.array([side, 1 - 2 * side, side]), .375
+    if name == "ei":
+        return np.array([(1 + v) / 4, (1 - v) / 2, (1 + v) / 4]), .5
+    if name == "2hump_ei":
+        x = np.cbrt(v ** 2 * (np.sqrt(1 - v ** 2) + 1))
+        a = (3 * x ** 2 + 2 * x + 3 * v ** 2) / (16 * x)
+        return np.array([a, .5 - a, .5 - a, a]), .5
+    a = (1 + 3 * v + 2 * np.sqrt(2 * (v ** 2 + v))) / 16
+    b = (1 - v) / 4
+    return np.array([a, b, 1 - 2 * (a + b), b, a]), .5
+
+
+def impulses(name, freq, damping):
+    """(weights, delays) around their mean; s."""
+    amplitudes, distance = undamped(name)
+    if name == "mzv":       # by the ratio of its impulses without damping
+        amplitudes = np.array([1 - 1 / np.sqrt(2), np.sqrt(2) - 1,
+                               1 - 1 / np.sqrt(2)])
+    omega = 2 * np.pi * freq
+    times = np.arange(len(amplitudes)) * distance / (
+        freq * np.sqrt(1 - damping ** 2))
+    weights = amplitudes * np.exp(-damping * omega * times)
+    weights /= weights.sum()
+    return weights, times - weights @ times
+
+
+def kernel(name, freq, damping):
+    """(coefficients of w(u) by power of u, half width in s)."""
+    width, band, n, roughness = KERNELS[name]
+    basis = np.array([np.convolve([1, 0, -1], np.eye(n)[k]) for k in range(n)])
+    values = np.array([polynomial.polyval(FINE, b) for b in basis])
+    slopes = np.array([polynomial.polyval(FINE, polynomial.polyder(b)) for b in basis])
+    cost = roughness * (slopes * FINE_WEIGHTS) @ slopes.T
+
+    def respond(ratio):
+        rate = np.pi * width * ratio * (damping - 1j * np.sqrt(1 - damping ** 2))
+        return values @ (FINE_WEIGHTS * np.exp(rate * FINE))
+    limits = [values @ FINE_WEIGHTS, values @ (FINE_WEIGHTS * FINE)]
+    if band:
+        rows = np.array([respond(1 + band * x) for x in np.linspace(-1, 1, 9)])
+        cost = cost + (rows.T @ rows.conj()).real / 9
+    else:
+        limits += [respond(1.).real, respond(1.).imag]
+    limits = np.array(limits)
+    zero = np.zeros((len(limits), len(limits)))
+    answer = np.linalg.solve(np.block([[cost, limits.T], [limits, zero]]),
+                             np.concatenate([np.zeros(n), [1.], np.zeros(
+                                 len(limits) - 1)]))
+    return answer[:n] @ basis, .5 * width / freq
+
+
+def vibration(name, freq, damping, at):
+    """Share of a step's vibration left in a resonance of `at` Hz (n,)."""
+    omega = 2 * np.pi * np.asarray(at)[:, None]
+    if name in KERNELS:
+        coeffs, half = kernel(name, freq, damping)
+        delays = FINE * half
+        weights = FINE_WEIGHTS * polynomial.polyval(FINE, coeffs)
+        last = half
+    else:
+        weights, delays = impulses(name, freq, damping)
+        last = delays[-1]
+    terms = weights * np.exp((damping - 1j * np.sqrt(1 - damping ** 2))
+                             * omega * delays)
+    return np.abs(terms.sum(axis=1)) * np.exp(-damping * omega[:, 0] * last)
+
+
+class ShapedPath(Path):
+    """A path whose axes are averaged."""
+
+    def __init__(self, pieces, axes):
+        """axes: {0..2: (name, freq, damping)}."""
+        super().__init__(pieces)
+        self.shapers = {axis: (kernel if s[0] in KERNELS else impulses)(*s)
+                        + (s[0] in KERNELS,) for axis, s in axes.items()}
+
+    def xyz(self, t):
+        t = np.asarray(t, dtype=np.float64)
+        result = super().xyz(t)
+        for axis, (shape, times, is_kernel) in self.shapers.items():
+            result[:, axis] = (self._smooth(t, axis, shape, times) if is_kernel else
+                               sum(w * super(ShapedPath, self).xyz(t - d)[:, axis]
+                                   for w, d in zip(shape, times, strict=True)))
+        return result
+
+    def _smooth(self, t, axis, coeffs, half):
+        """Gauss's rule between the borders of pieces, exact for polynomials."""
+        borders = np.unique(np.concatenate([self.t0, self.t1]))
+        middle = super().xyz(t)[:, axis]
+        total = np.zeros(len(t))
+        first = np.searchsorted(borders, t - half, side="right")
+        count = np.searchsorted(borders, t + half, side="left") - first + 1
+        owner = np.repeat(np.arange(len(t)), count)
+        number = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+        index = first[owner] + number
+        left = np.where(number == 0, t[owner] - half,
+                        borders[np.clip(index - 1, 0, len(borders) - 1)])
+        right = np.where(number == count[owner] - 1, t[owner] + half,
+                         borders[np.clip(index, 0, len(borders) - 1)])
+        centre, width = .5 * (left + right), .5 * (right - left)
+        for node, weight in zip(NODES, NODE_WEIGHTS, strict=True):
+            at = centre + node * width
+            share = polynomial.polyval((t[owner] - at) / half, coeffs)
+            value = super().xyz(at)[:, axis] - middle[owner]
+            total += np.bincount(owner, weight * width / half * share * value, len(t))
+        return middle + total
+
+
+class Shaping:
+    """The section [input_shaper] of a config, for the judge."""
+
+    def __init__(self, section):
+        self.axes = {}
+        for axis, name in enumerate("xyz"):
+            freq = float(section.get("shaper_freq_" + name, 0.))
+            if freq:
+                kind = section.get("shaper_type_" + name,
+                                   section.get("shaper_type", "mzv"))
+                self.axes[axis] = (kind, freq,
+                                   float(section.get("damping_ratio_" + name, 0.1)))
+        self.window = max(self._get_reach(s) for s in self.axes.values())
+
+    @staticmethod
+    def _get_reach(setting):
+        if setting[0] in KERNELS:
+            return kernel(*setting)[1]
+        return np.abs(impulses(*setting)[1]).max()
+
+    def make_path(self, rows):
+        return ShapedPath(rows, self.axes)
