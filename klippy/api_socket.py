@@ -231,10 +231,11 @@ class ClientConnection:
         """As send(), of a message that is encoded, with its end mark."""
         if self.sock is None:
             return
-        self.output += data
-        self._write(0.)
         if len(self.output) > MAX_OUTPUT:
             self._cut_off("%d bytes of output left unread" % (len(self.output),))
+            return
+        self.output += data
+        self._write(0.)
 
     def _write(self, eventtime):
         if self.sock is None or not self.output:

@@ -480,3 +480,13 @@ def test_odd_status_is_sent_all_the_same(client, printer):
     thing.status = {"endless": endless, "a": 1}
     assert client.ask("objects/query", objects={"thing": None})["status"] == {
         "thing": {"endless": [None], "a": 1}}
+
+
+def test_one_long_answer_is_no_reason(client, printer, monkeypatch):
+    monkeypatch.setattr(api_socket, "MAX_OUTPUT", 10000)
+    printer.lookup_object("thing").status["a"] = "x" * 3000000
+    client.send(id=1, method="objects/query", params={"objects": {"thing": ["a"]}})
+    seen = []
+    for _ in range(100):
+        seen += client.take(0.01)
+    assert len(seen) == 1 and len(seen[0]["result"]["status"]["thing"]["a"]) == 3000000
