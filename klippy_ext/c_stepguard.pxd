@@ -3,10 +3,6 @@ from klippy_ext.c_hostclock cimport hostclock
 from klippy_ext.c_steppersync cimport steppersync
 
 
-cdef extern from "realtime.h" nogil:
-    void realtime_get_counts(int *n_raised, int *n_refused)
-
-
 cdef extern from "stepguard.h" nogil:
     struct stepguard:
         pass

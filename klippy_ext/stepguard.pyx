@@ -5,7 +5,6 @@ cimport cython
 from libc.errno cimport ENOMEM
 
 from klippy_ext.c_stepguard cimport (
-    realtime_get_counts,
     stepguard_add,
     stepguard_arm,
     stepguard_disarm,
@@ -98,10 +97,3 @@ cdef class StepGuard:
             raise MemoryError()
         raise_error(result.error, result.reached)
         return result.reached
-
-
-def get_thread_counts():
-    """(threads with real-time priority, those that were refused it) so far."""
-    cdef int raised = 0, refused = 0
-    realtime_get_counts(&raised, &refused)
-    return raised, refused

@@ -19,6 +19,7 @@ from klippy.errors import PrinterError
 from klippy.printer import Printer
 from klippy.reactor import Reactor
 from klippy.simulator import machine, session
+from klippy_ext import realtime
 from klippy_ext.hostclock import RealClock
 from klippy_ext.vworld import VirtualWorld
 
@@ -172,6 +173,8 @@ class Daemon:
     def _run_printers(self):
         self._log_versions()
         clock = self._make_clock()
+        if isinstance(clock, RealClock) and not self.is_batch:
+            hold_memory()
         while True:
             reactor = Reactor(clock)
             if self.options.simulate:
@@ -226,6 +229,16 @@ class Daemon:
         for source in sysinfo.find_stale_modules():
             logging.warning("'%s' is newer than its compiled form, which is used:"
                             " build again", source)
+
+
+def hold_memory():
+    """Keep the system from swapping the host out, where that is permitted."""
+    try:
+        realtime.lock_memory()
+        logging.info("memory is locked: the host is not swapped out")
+    except OSError as err:
+        logging.info("memory is not locked (%s): the host may be swapped out"
+                     " when memory is short", err.strerror)
 
 
 def freeze_objects():

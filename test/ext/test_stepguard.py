@@ -7,8 +7,9 @@ import pytest
 
 from klippy_ext.hostclock import RealClock
 from klippy_ext.kin_linear import LinearKinematics
+from klippy_ext.realtime import get_thread_counts
 from klippy_ext.stepcompress import StepCompress
-from klippy_ext.stepguard import StepGuard, get_thread_counts
+from klippy_ext.stepguard import StepGuard
 from klippy_ext.steppersync import MessageStore, StepperSync
 from klippy_ext.trapq import TrapMove, TrapQ
 from klippy_ext.vworld import VirtualWorld
