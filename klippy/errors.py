@@ -78,3 +78,12 @@ def collect(errors):
     for err in errors:
         flat.extend(err.errors if isinstance(err, ConfigErrors) else [err])
     return flat[0] if len(flat) == 1 else ConfigErrors(flat)
+
+
+def describe(err):
+    """An error as plain data: kind, message, file and line (None: unknown)."""
+    place = getattr(err, "place", None)
+    return {"kind": type(err).__name__,
+            "message": Exception.__str__(err),
+            "file": str(place.path) if place else None,
+            "line": (place.line or None) if place else None}

@@ -14,7 +14,7 @@ import sys
 
 from klippy import api_objects, api_socket
 from klippy.api_encoding import PushTemplate, encode_json
-from klippy.errors import PrinterError
+from klippy.errors import PrinterError, describe
 
 __all__ = ["WebHooks", "WebRequest", "WebRequestError", "get", "setup"]
 
@@ -239,7 +239,10 @@ class WebHooks:
             "state": state, "state_message": message,
             "hostname": socket.gethostname(), "klipper_path": str(root),
             "python_path": sys.executable, "process_id": os.getpid(),
-            "user_id": os.getuid(), "group_id": os.getgid(), "app": "Klipper"}
+            "user_id": os.getuid(), "group_id": os.getgid(), "app": "Klipper",
+            "errors": []}
+        if state == "error":
+            answer["errors"] = [describe(err) for err in self.printer.load_errors]
         start_args = self.printer.get_start_args()
         for key in ("log_file", "config_file", "software_version", "cpu_info"):
             answer[key] = start_args.get(key)

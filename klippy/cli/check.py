@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`klippy check`: loads a printer.cfg without hardware and prints all errors."""
 
+import json
 import logging
 import sys
 
 from klippy import plugins
-from klippy.errors import ConfigError, ConfigErrors
+from klippy.errors import ConfigError, ConfigErrors, describe
 from klippy.printer import Printer
 from klippy.reactor import Reactor
 from klippy_ext.vworld import VirtualWorld
@@ -16,6 +17,8 @@ HELP = "load a printer.cfg without hardware and print all errors"
 def add_arguments(parser):
     """Declare the command line."""
     parser.add_argument("config", help="printer.cfg")
+    parser.add_argument("--json", action="store_true",
+                        help="print errors and warnings as JSON")
     parser.add_argument("-v", dest="verbose", action="store_true",
                         help="log what the modules say")
 
@@ -44,6 +47,10 @@ def run(options):
     """Carry out a parsed command line; returns the exit status."""
     logging.basicConfig(level=logging.INFO if options.verbose else logging.CRITICAL)
     errors, warnings = check(options.config)
+    if options.json:
+        print(json.dumps({"errors": [describe(err) for err in errors],
+                          "warnings": warnings}, indent=1))
+        return 1 if errors else 0
     for text in warnings:
         print("warning: %s" % (text,))
     for err in errors:

@@ -20,6 +20,15 @@ def test_place_comes_first():
     assert errors.Place("a", 1) == errors.Place("a", 1) != errors.Place("a", 2)
 
 
+def test_as_plain_data():
+    assert errors.describe(errors.ConfigError("bad", errors.Place("p.cfg", 7))) == {
+        "kind": "ConfigError", "message": "bad", "file": "p.cfg", "line": 7}
+    assert errors.describe(errors.ConfigError("bad", errors.Place("p.cfg")))[
+        "line"] is None
+    assert errors.describe(errors.McuError("lost", {"mcu": "mcu"})) == {
+        "kind": "McuError", "message": "lost", "file": None, "line": None}
+
+
 def test_collecting_flattens():
     a, b, c = (errors.ConfigError(x) for x in "abc")
     assert errors.collect([a]) is a

@@ -11,7 +11,7 @@ import pytest
 from front_end import Printer, make_printer
 
 from klippy import api_socket, webhooks
-from klippy.errors import CommandError, ConfigError
+from klippy.errors import CommandError, ConfigError, McuError, Place
 
 
 class Client:
@@ -105,6 +105,17 @@ def test_info_and_endpoints(client):
     endpoints = client.ask("list_endpoints")["endpoints"]
     assert {"info", "emergency_stop", "gcode/script", "objects/query",
             "register_remote_method", "gcode/subscribe_output"} < set(endpoints)
+
+
+def test_info_lists_the_errors_of_the_config(client, printer):
+    assert client.ask("info")["errors"] == []
+    printer.load_errors = [ConfigError("Option 'x' is wrong", Place("a.cfg", 5)),
+                           McuError("no answer")]
+    printer.get_state_message = lambda: ("a.cfg:5: Option 'x' is wrong", "error")
+    assert client.ask("info")["errors"] == [
+        {"kind": "ConfigError", "message": "Option 'x' is wrong", "file": "a.cfg",
+         "line": 5},
+        {"kind": "McuError", "message": "no answer", "file": None, "line": None}]
 
 
 def test_gcode_endpoints(client, printer):

@@ -2,6 +2,7 @@
 """The command line: finding sub-commands, exit statuses."""
 
 import argparse
+import json
 import os
 import pathlib
 import subprocess
@@ -86,6 +87,21 @@ def test_path_launcher_hides_the_flat_files(tmp_path):
 def test_version_is_told(capsys):
     assert cli.main(["--version"]) == 0
     assert capsys.readouterr().out.startswith("klippy ")
+
+
+def test_check_as_json(tmp_path, capsys):
+    path = tmp_path / "printer.cfg"
+    text = (ROOT / "config" / "sample-cartesian.cfg").read_text()
+    path.write_text(text.replace("max_accel: 3000", "max_accel: fast"))
+    assert cli.main(["check", str(path), "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    lines = path.read_text().splitlines()
+    error, = found["errors"]
+    assert error["kind"] == "ConfigError" and "'fast'" in error["message"]
+    assert error["file"] == str(path) and lines[error["line"] - 1] == "max_accel: fast"
+    path.write_text(text)
+    assert cli.main(["check", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"errors": [], "warnings": []}
 
 
 class Manager:
