@@ -78,10 +78,21 @@ firmware-report: $(PORT_OUTPUTS)
 	@echo
 	@echo "Firmware for $(CONFIG_MCU) at $(CONFIG_CLOCK_FREQ) Hz:" \
 	  "$(PORT_OUTPUTS) $(OUT)klipper.dict"
-	@$(SIZE) $(firstword $(PORT_OUTPUTS)) | awk 'NR == 2 { \
-	  printf "Code and constants %d bytes, memory %d bytes\n", $$1 + $$2, \
-	  $$2 + $$3 }'
+	@$(print-size)
 	@echo "To flash: $(FLASH_HINT)"
+
+# Of the flash that firmware may have, of the memory; where a port tells them
+print-size = $(SIZE) $(firstword $(PORT_OUTPUTS)) | awk \
+  -v flash=$$(($(or $(CONFIG_FLASH_SIZE),0))) \
+  -v ram=$$(($(or $(CONFIG_RAM_SIZE),0))) -v stack=$(or $(CONFIG_STACK_SIZE),0) \
+  'NR == 2 { printf "Code and constants %d bytes", $$1 + $$2; \
+  if (flash) printf " of %d", flash; \
+  printf ", memory %d bytes", $$2 + $$3; \
+  if (ram) printf " and %d of stack of %d", stack, ram; print "" }'
+
+.PHONY: size
+size: $(PORT_OUTPUTS)
+	@echo "$(CONFIG_MCU)"; $(print-size)
 
 .PHONY: all flash FORCE
 FORCE:

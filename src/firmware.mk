@@ -31,6 +31,12 @@ firmware: ## Build the firmware into OUT (default out/)
 	+@$(FIRMWARE_MAKE) all
 
 .PHONY: flash
-flash: ## Build, then program the board: make flash FLASH_DEVICE=/dev/ttyUSB0
+flash: ## Build, then program the board (FLASH_DEVICE=/dev/ttyUSB0 if there are more)
 	@$(KCONFIG) header $(OUT)
-	+@$(FIRMWARE_MAKE) flash FLASH_DEVICE=$(FLASH_DEVICE)
+	+@$(FIRMWARE_MAKE) flash FLASH_DEVICE="$(FLASH_DEVICE)" \
+	  FLASH_BOARD="$(FLASH_BOARD)"
+
+.PHONY: size
+size: ## Build, then tell how much flash, memory and stack the firmware takes
+	@$(KCONFIG) header $(OUT)
+	+@$(FIRMWARE_MAKE) size

@@ -24,4 +24,4 @@ PORT_CFLAGS += -mrelax -fno-split-wide-types -fno-tree-scev-cprop
 endif
 LTO_FLAGS := -flto
 PORT_OUTPUTS := $(OUT)klipper.elf $(OUT)klipper.elf.hex
-FLASH_HINT := make flash FLASH_DEVICE=/dev/ttyACM0
+FLASH_HINT := make flash (avrdude, FLASH_DEVICE=/dev/ttyACM0)

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Asking running firmware for its boot loader: the 1200 baud touch."""
+
+import time
+
+import serial
+
+from klippy.errors import PrinterError
+from klippy.flash import devices
+
+TOUCH_BAUD = 1200
+WAIT = 10.0
+PERIOD = 0.1
+
+
+def touch(path):
+    """Open and close a USB serial port at 1200 baud: its board starts the boot
+    loader."""
+    try:
+        port = serial.Serial(path, TOUCH_BAUD, exclusive=False)
+        port.dtr = False
+        port.close()
+    except (OSError, serial.SerialException) as err:
+        raise PrinterError("Cannot open '%s': %s" % (path, err)) from None
+
+
+def wait_for_change(before, family, root="/", wait=WAIT, sleep=time.sleep):
+    """The Device that has come since `before` (list of Device); PrinterError
+    after `wait` seconds.  What went away and came back counts as well."""
+    known = {d.path for d in before}
+    for _ in range(int(wait / PERIOD)):
+        now = devices.list_all(root)
+        new = [d for d in now if d.path not in known
+               and d.family in ("", family)]
+        if new:
+            return new[0]
+        known &= {d.path for d in now}
+        sleep(PERIOD)
+    raise PrinterError(
+        "The board did not start its boot loader within %.0f s: press its reset"
+        " button (twice, if it has one for two purposes) and try again" % (wait,))
