@@ -42,6 +42,8 @@ if [ "$1" = test ]; then
         "binutils-avr:command -v avr-objdump" \
         "gcc-arm-none-eabi:command -v arm-none-eabi-gcc" \
         "libnewlib-arm-none-eabi:test -e /usr/include/newlib/stdint.h" \
+        "avrdude:command -v avrdude" \
+        "stm32flash:command -v stm32flash" \
         "libsimavr-dev:test -e /usr/include/simavr/sim_avr.h" \
         "libelf-dev:test -e /usr/include/libelf.h" \
         "clang:command -v clang" \

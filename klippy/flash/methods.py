@@ -73,7 +73,7 @@ def show_progress(done, total):
 
 def touch_and_wait(target, device, root):
     """Path of the boot loader that a touch of a USB serial port brings up."""
-    before = [d for d in devices.list_all(root) if d.path != device]
+    before = devices.list_all(root)
     touch.touch(device)
     return touch.wait_for_change(before, target.family, root).path
 

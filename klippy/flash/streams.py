@@ -13,6 +13,7 @@ ADMIN_ID = 0x3F0
 ADMIN_QUERY, ADMIN_BOOT_LOADER, ADMIN_SET_NODE = 0x00, 0x02, 0x11
 BOOT_NODE = 128
 NODE_BASE = 0x100
+ENTER_WAIT = 0.5
 FRAME = struct.Struct("=IB3x8s")
 
 
@@ -75,9 +76,9 @@ class CanStream:
         """Let the board's firmware start its boot loader, and give that a node
         number; each is passed over by whoever is not meant."""
         self._send_frame(ADMIN_ID, bytes([ADMIN_BOOT_LOADER]) + self.uuid)
-        self.receive(0.5)
+        self.receive(ENTER_WAIT)
         self._send_frame(ADMIN_ID, bytes([ADMIN_QUERY]))
-        self.receive(0.5)
+        self.receive(ENTER_WAIT)
         self._send_frame(ADMIN_ID, bytes([ADMIN_SET_NODE]) + self.uuid
                          + bytes([BOOT_NODE]))
 

@@ -28,12 +28,16 @@ def wait_for_change(before, family, root="/", wait=WAIT, sleep=time.sleep):
     """The Device that has come since `before` (list of Device); PrinterError
     after `wait` seconds.  What went away and came back counts as well."""
     known = {d.path for d in before}
+    seen = set()
     for _ in range(int(wait / PERIOD)):
         now = devices.list_all(root)
         new = [d for d in now if d.path not in known
                and d.family in ("", family)]
-        if new:
-            return new[0]
+        # seen twice: names come and go one after the other
+        lasting = [d for d in new if d.path in seen]
+        if lasting:
+            return lasting[0]
+        seen = {d.path for d in new}
         known &= {d.path for d in now}
         sleep(PERIOD)
     raise PrinterError(
