@@ -85,7 +85,11 @@ class WebRequest:
 
     def get_float(self, item, default=REQUIRED):
         value = self.get(item, default, (int, float))
-        return float(value) if isinstance(value, int) else value
+        try:
+            return float(value) if isinstance(value, int) else value
+        except OverflowError:
+            raise WebRequestError("the parameter '%s' of %s is too large"
+                                  % (item, self.method))
 
     def get_dict(self, item, default=REQUIRED):
         return self.get(item, default, (dict,))
