@@ -98,3 +98,19 @@ def test_every_line_was_run_once(octoprint):
     moves = [line.partition(";")[0].strip() for line in JOB.read_text().splitlines()
              if line.startswith(("G0 ", "G1 "))]
     assert [line.strip() for line in sent] == moves
+
+
+def test_emergency_stop_and_recovery(octoprint, daemon):
+    octoprint.web.post("/api/printer/command", commands=["M112"])
+    peers.wait_for("shutdown", lambda: "the printer shuts down" in
+                   daemon.log_path.read_text())
+    peers.wait_for("hanging up", lambda: "closing down monitor" in octoprint.talk)
+    octoprint.web.post("/api/connection", command="connect", baudrate=115200,
+                       port=str(daemon.tty_path))
+    octoprint.wait_state("Operational")
+    octoprint.web.post("/api/printer/command", commands=["FIRMWARE_RESTART"])
+    peers.wait_for("restart", lambda: daemon.log_path.read_text().count(
+        "configured, ") == 2)
+    octoprint.web.post("/api/printer/command",
+                       commands=["G28 X", "G1 X12 F6000", "M114"])
+    peers.wait_for("position", lambda: "Recv: X:12.000" in octoprint.talk)

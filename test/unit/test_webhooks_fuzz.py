@@ -30,7 +30,7 @@ PARAMS = st.one_of(VALUES, SUBSCRIPTION, st.dictionaries(
 REQUESTS = st.one_of(st.tuples(METHODS, PARAMS),
                      st.tuples(st.just("objects/subscribe"), SUBSCRIPTION))
 FEW = hypothesis.settings(
-    max_examples=40, deadline=None, derandomize=True,
+    max_examples=100, deadline=None, derandomize=True,
     suppress_health_check=[hypothesis.HealthCheck.function_scoped_fixture])
 
 

@@ -14,9 +14,9 @@
 M140 S0
 M105
 M190 S0
-M104 S30
+M104 S26
 M105
-M109 S30
+M109 S26
 M82 ;absolute extrusion mode
 M201 X500.00 Y500.00 Z100.00 E5000.00 ;Setup machine max acceleration
 M203 X500.00 Y500.00 Z10.00 E50.00 ;Setup machine max feedrate

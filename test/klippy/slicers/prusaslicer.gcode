@@ -12,8 +12,8 @@ M205 S0 T0 ; sets the minimum extruding and travel feed rate, mm/sec
 M107
 M140 S0 ; set bed temp
 M190 S0
-M104 S30 ; set extruder temp
-M109 S30
+M104 S26 ; set extruder temp
+M109 S26
 G28
 SET_PRESSURE_ADVANCE ADVANCE=0.04; Filament gcode
 M221 S95

@@ -13,8 +13,8 @@ M106 S0
 M107
 M140 S0 ; set bed temp
 M190 S0
-M104 S30 ; set extruder temp
-M109 S30
+M104 S26 ; set extruder temp
+M109 S26
 G28
 SET_PRESSURE_ADVANCE ADVANCE=0.035 SMOOTH_TIME=0.03;set by the filament
 M900 K0.05 ; ignored
