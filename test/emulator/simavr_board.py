@@ -29,9 +29,9 @@ class AvrBoard(SimBoard):
             block, self.partial = self.partial[:size], self.partial[size:]
             super()._tx(ctx, clock, block, size)
 
-    def read_stack(self):
-        """Bytes of stack that were in use at most."""
-        return self.library.simavr_stack_used()
+    def read_stack(self, kept):
+        """Bytes of stack, of those that are kept for it, in use at most."""
+        return self.library.simavr_stack_used(kept)
 
 
 def find_pin(board, name):

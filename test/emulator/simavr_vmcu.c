@@ -36,6 +36,8 @@ enum {
     BITS_A_BYTE = 10,
     START_CYCLES = 100,         /* between the writes that start the timer */
     MAX_BOOT_CYCLES = 1000000,
+    MEMORY_START = 0x200,       /* no chip has registers from here on */
+    FILLING = 0xa5,
     RAMPZ_ADDRESS = 0x5b,
     N_ADC_VALUES = 8,           /* that libsimavr has room for */
 };
@@ -64,7 +66,6 @@ struct chip {
     avr_timer_t *timer;         /* timer 1 */
     uint64_t turn;              /* cycle at which it last was 0 */
     int has_usb;
-    uint16_t lowest_sp;
 };
 
 static struct chip chip;
@@ -327,12 +328,12 @@ power_on(const struct vmcu_host *host, uint64_t clock)
     snprintf(firmware.mmcu, sizeof(firmware.mmcu), "%s", mcu);
     firmware.frequency = env_number("SIMAVR_HZ", 16000000);
     avr_load_firmware(avr, &firmware);
+    memset(avr->data + MEMORY_START, FILLING, avr->ramend + 1 - MEMORY_START);
     avr->sleep = no_sleep;
     avr->vcc = avr->avcc = avr->aref = 5000;
     avr->log = LOG_ERROR;
     chip.avr = avr;
     chip.host = *host;
-    chip.lowest_sp = 0xffff;
     chip.byte_cycles = firmware.frequency * BITS_A_BYTE
         / env_number("SIMAVR_BAUD", 250000);
     chip.entry_cycles = avr->flashend > 0x1ffff ? 5 : 4;
@@ -380,22 +381,18 @@ raise_lost_compare(void)
         avr_raise_interrupt(chip.avr, &timer->comp[AVR_TIMER_COMPA].interrupt);
 }
 
-static void
-note_stack(void)
-{
-    uint16_t sp = (uint16_t)(chip.avr->data[R_SPL]
-                             | chip.avr->data[R_SPH] << 8);
-
-    if (sp && sp < chip.lowest_sp)
-        chip.lowest_sp = sp;
-}
-
-/* Bytes of stack that were in use at most since power came on. */
-uint32_t simavr_stack_used(void);
+/* Bytes at the end of the memory that were in use at most, of `kept`: those
+ * that no longer are what they were filled with. */
+uint32_t simavr_stack_used(uint32_t kept);
 uint32_t
-simavr_stack_used(void)
+simavr_stack_used(uint32_t kept)
 {
-    return chip.avr->ramend - chip.lowest_sp;
+    const uint8_t *memory = chip.avr->data + chip.avr->ramend + 1 - kept;
+    uint32_t i = 0;
+
+    while (i < kept && memory[i] == FILLING)
+        i++;
+    return kept - i;
 }
 
 static uint64_t
@@ -415,7 +412,6 @@ run(uint64_t until)
         was = avr->interrupt_state;
         state = avr_run(avr);
         raise_lost_compare();
-        note_stack();
         if (was == -1 && avr->interrupt_state > 0)
             avr_service_interrupts(avr);
         if (state == cpu_Done || state == cpu_Crashed)

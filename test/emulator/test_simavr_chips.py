@@ -45,8 +45,9 @@ def board(chip, adapter, monkeypatch):
     board = AvrBoard(adapter)
     yield board
     kept = int(firmware_matrix.read_options(elf.parent)["STACK_SIZE"])
-    print("%s: %d of %d bytes of stack" % (name, board.read_stack(), kept))
-    assert board.read_stack() < kept - STACK_SPARE
+    used = board.read_stack(kept)
+    print("%s: %d of %d bytes of stack" % (name, used, kept))
+    assert used <= kept - STACK_SPARE
 
 
 def configure(board, *more):
