@@ -13,6 +13,7 @@ from klippy.api_encoding import PushTemplate, encode_json
 
 SUBSCRIPTION_PERIOD = 0.25          # s, unless a client asks for another
 MIN_PERIOD = 0.01
+_UNKNOWN = object()
 
 
 class StatusApi:
@@ -153,8 +154,7 @@ class Follower:
         for name, fields in self.wanted.items():
             current, last = reader.read(name, fields), self.last.get(name, {})
             self.last[name] = current
-            changed = {field: value for field, value in current.items()
-                       if field not in last or _differs(last[field], value)}
+            changed = find_changes(last, current)
             if changed:
                 changes[name] = changed
         if not changes:
@@ -164,8 +164,14 @@ class Follower:
             client.send_encoded(template.make(params))
 
 
-def _differs(old, new):
-    return old is not new and old != new
+def find_changes(last, current):
+    """The fields of a status (dict) that differ from those of the last one."""
+    try:
+        return {field: value for field, value in current.items()
+                if (known := last.get(field, _UNKNOWN)) is not value
+                and known != value}
+    except ValueError:      # arrays differ in many ways: send them again
+        return current
 
 
 def read_period(web_request):

@@ -502,3 +502,13 @@ def test_one_long_answer_is_no_reason(client, printer, monkeypatch):
     for _ in range(100):
         seen += client.take(0.01)
     assert len(seen) == 1 and len(seen[0]["result"]["status"]["thing"]["a"]) == 3000000
+
+
+def test_arrays_in_a_status(client, printer):
+    numpy = pytest.importorskip("numpy")
+    thing = printer.lookup_object("thing")
+    thing.status = {"row": numpy.array([1., 2.])}
+    assert follow(client, 1)["status"] == {"thing": {"row": [1., 2.]}}
+    thing.status = {"row": numpy.array([1., 3.])}
+    change, = client.take(0.3)
+    assert change["params"]["status"] == {"thing": {"row": [1., 3.]}}
