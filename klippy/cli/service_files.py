@@ -2,6 +2,10 @@
 """Texts that make the daemon a service: systemd units and udev rules."""
 
 import dataclasses
+import pathlib
+
+# Works installed and in a checkout, whatever the working directory is
+LAUNCHER = str(pathlib.Path(__file__).resolve().parents[1] / "klippy.py")
 
 UNIT = """\
 # Made by `klippy install-service`.  Own settings belong into a drop-in:
@@ -18,7 +22,7 @@ Type=notify
 NotifyAccess=main
 User={user}
 {groups}WorkingDirectory={data}
-ExecStart={python} -m klippy run {data}/config/printer.cfg \\
+ExecStart={python} {launcher} run {data}/config/printer.cfg \\
     --logfile {data}/logs/klippy.log --api-server {data}/comms/klippy.sock \\
     --input-tty {data}/comms/klippy.serial
 Restart=always
@@ -120,10 +124,15 @@ class Service:
         groups = "SupplementaryGroups=%s\n" % (" ".join(self.groups),)
         return UNIT.format(
             name=self.file_name, user=self.user, data=self.data,
-            python=self.python.replace("%", "%%").replace(" ", "\\x20"),
+            python=_quote(self.python), launcher=_quote(LAUNCHER),
             instance=" of %i" if self.is_template else "",
             groups=groups if self.groups else "",
             devices="\n".join("DeviceAllow=%s rw" % (name,) for name in DEVICES))
+
+
+def _quote(path):
+    """A path as a word of a unit file."""
+    return path.replace("%", "%%").replace(" ", "\\x20")
 
 
 def make_rules(group="dialout"):
