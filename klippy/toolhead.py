@@ -352,7 +352,10 @@ class ToolHead:
         end = start + move.accel_t + move.cruise_t + move.decel_t
         self.trapq.append(start, move)
         self.motion_queuing.drip_update_time(start, end, completion)
-        reached = min(max(self.motion_queuing.last_step_gen_time, start), end)
+        # Steps are made of what is planned so far
+        reached = (self.motion_queuing.last_step_gen_time
+                   + self.motion_queuing.get_kin_flush_delay())
+        reached = min(max(reached, start), end)
         if reached < end:
             x, y, z, _ = move.calc_position(reached - start)
             self.trapq.set_position(reached, x, y, z)

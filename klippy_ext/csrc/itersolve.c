@@ -49,8 +49,7 @@ itersolve_set_position(struct itersolve *is, const double pos[3])
 {
     is->origin = itersolve_calc_position(is, pos);
     is->n_steps = 0;
-    if (is->path)
-        is->path->barrier = is->done_time;
+    shaper_forget(is);
 }
 
 double

@@ -56,8 +56,7 @@ kin_linear_set(struct kin_linear *k, double cx, double cy, double cz,
     k->coeffs[1] = cy;
     k->coeffs[2] = cz;
     k->offset = offset;
-    if (k->is.path)
-        k->is.path->barrier = k->is.done_time;
+    shaper_forget(&k->is);
     k->is.active_axes = (cx != 0. ? ITERSOLVE_X : 0u)
         | (cy != 0. ? ITERSOLVE_Y : 0u) | (cz != 0. ? ITERSOLVE_Z : 0u);
 }

@@ -84,7 +84,8 @@ find_tap(struct shaper_path *path, double delay)
 static void
 set_taps(struct shaper_path *path)
 {
-    path->n_taps = path->has_kernel = 0;
+    path->n_taps = 0;
+    path->kernel_axes = 0;
     path->pre = path->post = 0.;
     for (int axis = 0; axis < 3; axis++) {
         const struct shaper_axis *a = &path->axes[axis];
@@ -92,7 +93,7 @@ set_taps(struct shaper_path *path)
             find_tap(path, a->delays[i])->weight[axis] = a->weights[i];
         if (!a->n_coeffs)
             continue;
-        path->has_kernel = 1;
+        path->kernel_axes |= 1u << axis;
         find_tap(path, a->half);
         find_tap(path, -a->half);
     }
@@ -126,8 +127,15 @@ shaper_attach(struct itersolve *is, struct shaper_path *path)
     is->path = path;
     is->scan_pre = path ? path->pre : 0.;
     is->scan_post = path ? path->post : 0.;
-    if (path)
-        path->barrier = is->done_time;
+    shaper_forget(is);
+}
+
+void
+shaper_forget(struct itersolve *is)
+{
+    if (is->path)
+        is->path->barrier = fmax(is->done_time,
+                                 is->tq ? is->tq->end_time : 0.);
 }
 
 /* ---- The plan at a tap ---- */
@@ -291,15 +299,16 @@ static int
 is_at_rest(const struct itersolve *is, const struct shaper_path *path)
 {
     uint64_t cursor = path->taps[0].cursor;
+    int has_kernel = (path->kernel_axes & is->active_axes) != 0;
 
     for (int i = 0; i < path->n_taps; i++) {
         const struct shaper_tap *tap = &path->taps[i];
         for (int axis = 0; axis < 3; axis++)
             if ((is->active_axes & (1u << axis))
-                && (tap->weight[axis] != 0. || path->has_kernel)
+                && (tap->weight[axis] != 0. || has_kernel)
                 && (tap->v[axis] != 0. || tap->h[axis] != 0.))
                 return 0;
-        if (path->has_kernel && tap->cursor != cursor)
+        if (has_kernel && tap->cursor != cursor)
             return 0;
     }
     return 1;
@@ -354,7 +363,8 @@ emit_piece(struct itersolve *is, double time, double until)
 
     if (is_at_rest(is, is->path))
         return 0;
-    if (!is->path->has_kernel && is->kind->get_weights) {
+    if (!(is->path->kernel_axes & is->active_axes)
+        && is->kind->get_weights) {
         is->kind->get_weights(is, weights, &offset);
         return emit_linear(is, weights, offset, time, until);
     }

@@ -47,7 +47,8 @@ struct shaper_tap {
 struct shaper_path {
     struct shaper_axis axes[3];
     double moments[3][3][SHAPER_COEFFS_MAX + 3];
-    int n_taps, has_kernel;
+    int n_taps;
+    uint32_t kernel_axes;       /* ITERSOLVE_X ... */
     struct shaper_tap taps[SHAPER_TAPS_MAX];
     double pre, post;           /* s of the plan needed around a time */
     double barrier;             /* what was before this does not count */
@@ -64,6 +65,8 @@ int shaper_path_set_axis(struct shaper_path *path, int axis,
 /* Follow this path from now on (NULL: the plan).  All steps must be made, and
  * the plan must rest as far as the old and the new path look. */
 void shaper_attach(struct itersolve *is, struct shaper_path *path);
+/* The position is another one from here on: what was before does not count. */
+void shaper_forget(struct itersolve *is);
 /* As itersolve_generate(), between two times. */
 int shaper_emit(struct itersolve *is, double start, double end);
 /* Where the path is (mm), for tests.  Returns 0, or -EINVAL without a plan. */

@@ -14,10 +14,13 @@ import pytest
 from klippy_ext.kin_delta import DeltaKinematics
 from klippy_ext.kin_extruder import ExtruderKinematics
 from klippy_ext.kin_linear import LinearKinematics
+from klippy_ext.shaper import ShapedPath
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "ext"))
 
 from motion_rig import Rig, make_move  # noqa: E402
+
+from klippy.extras import shaper_defs, shaper_kernels  # noqa: E402
 
 FREQ = 180e6
 TOWERS = [(130.0 * math.cos(a), 130.0 * math.sin(a))
@@ -30,6 +33,28 @@ def make_cartesian():
 
 def make_corexy():
     return [LinearKinematics(1.0, 1.0, 0.0), LinearKinematics(1.0, -1.0, 0.0)], 1 / 80
+
+
+def make_fine_corexy(name=None):
+    """320 steps/mm, at 40 Hz if there is a shaper."""
+    kinematics = make_corexy()[0]
+    for kin in kinematics if name else ():
+        path = ShapedPath()
+        for axis in range(2):
+            if name in shaper_defs.FAMILIES:
+                path.set_impulses(axis, *shaper_defs.make_shaper(name, 40., 0.1))
+            else:
+                path.set_kernel(axis, *shaper_kernels.make_kernel(name, 40., 0.1))
+        kin.set_shaper(path)
+    return kinematics, 1 / 320
+
+
+def make_mzv():
+    return make_fine_corexy("mzv")
+
+
+def make_smooth_mzv():
+    return make_fine_corexy("smooth_mzv")
 
 
 def make_delta():
@@ -110,6 +135,12 @@ CASES = {
     "corexy-short": (make_corexy, add_short_moves, 100.0),
     "delta-short": (make_delta, add_short_moves, 100.0),
     "extruder-short": (make_extruder, add_short_feed, 5.0),
+    "fine-long": (make_fine_corexy, add_long_moves, 200.0),
+    "fine-mzv-long": (make_mzv, add_long_moves, 200.0),
+    "fine-smooth-mzv-long": (make_smooth_mzv, add_long_moves, 200.0),
+    "fine-short": (make_fine_corexy, add_short_moves, 100.0),
+    "fine-mzv-short": (make_mzv, add_short_moves, 100.0),
+    "fine-smooth-mzv-short": (make_smooth_mzv, add_short_moves, 100.0),
     "extruder-curved-long": (make_curved_extruder, add_feed, 5.0),
     "extruder-curved-short": (make_curved_extruder, add_short_feed, 5.0),
 }

@@ -17,6 +17,7 @@
 #include "kin_polar.h"
 #include "kin_rotary_delta.h"
 #include "kin_winch.h"
+#include "shaper.h"
 #include "steppersync.h"
 
 enum { STEPPERS = 10, MOVES = 300, MOVE_COUNT = 20 };
@@ -64,6 +65,7 @@ expect(int is_true, const char *what)
 
 struct machine {
     struct trapq *tq;
+    struct shaper_path *paths[STEPPERS];
     struct stepcompress *sc[STEPPERS];
     struct itersolve *is[STEPPERS];
     struct steppersync *ss;
@@ -109,6 +111,32 @@ make_kinematics(struct machine *m)
     m->is[9] = j ? &j->is : NULL;
 }
 
+/* Shape some of them; one by a kernel. */
+static int
+shape(struct machine *m)
+{
+    const struct shaper_axis impulses = {
+        .n_impulses = 3, .weights = { .25, .5, .25 },
+        .delays = { -.01, 0., .01 },
+    };
+    const struct shaper_axis kernel = {
+        .n_coeffs = 3, .coeffs = { .75, 0., -.75 }, .half = .012,
+    };
+
+    for (int i = 0; i < 3; i++) {
+        m->paths[i] = shaper_path_new();
+        if (!m->paths[i])
+            return -ENOMEM;
+        for (int axis = 0; axis < 3; axis++)
+            expect(!shaper_path_set_axis(m->paths[i], axis,
+                                         i == 1 ? &kernel : &impulses),
+                   "shaper is a mean");
+        expect(!shaper_path_check(m->paths[i]), "shaper holds");
+        shaper_attach(m->is[i], m->paths[i]);
+    }
+    return 0;
+}
+
 /* Returns 0 or -ENOMEM; destroy() takes either. */
 static int
 build(struct machine *m)
@@ -133,7 +161,7 @@ build(struct machine *m)
         if (steppersync_add(m->ss, m->sc[i], m->is[i]) != i)
             return -ENOMEM;
     }
-    return 0;
+    return shape(m);
 }
 
 static void
@@ -142,6 +170,7 @@ destroy(struct machine *m)
     steppersync_delete(m->ss);
     for (int i = 0; i < STEPPERS; i++) {
         stepcompress_delete(m->sc[i]);
+        shaper_path_delete(m->paths[i]);
         free(m->is[i]);
     }
     trapq_delete(m->tq);

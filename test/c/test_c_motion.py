@@ -8,7 +8,7 @@ from test_c_io import MEMORY, compile_test, run
 MOTION = ["msgblock", "qmsg", "trapq", "itersolve", "polysolve", "kin_linear",
           "kin_delta", "kin_deltesian", "kin_extruder", "advancebend", "advancelist",
           "kin_polar", "kin_rotary_delta", "kin_winch", "runfit", "runline",
-          "stephist", "stepcompress", "steppersync"]
+          "shaper", "shaperfit", "stephist", "stepcompress", "steppersync"]
 WRAP = ["-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc"]
 
 

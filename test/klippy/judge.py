@@ -8,7 +8,7 @@ rested before the job, and the times at which print_time was moved ahead.
 import dataclasses
 
 import numpy as np
-from truth import curves, gcode, machines, plan
+from truth import curves, gcode, machines, plan, shaping
 from truth.path import Path
 from truth.steps import TOLERANCE, check_counts, check_steps, worst_error
 
@@ -40,7 +40,12 @@ class Judge:
         self.run, self.start, self.extra_limit = run, start, extra_limit
         self.cut, self.more = cut, more or {}
         self.config = machines.read_config(config_text)
-        self.smooth_time = smooth_time
+        self.smooth_time, self.window = smooth_time, 0.5 * smooth_time
+        self.make_path = Path
+        if "input_shaper" in self.config:
+            shaper = shaping.Shaping(self.config["input_shaper"])
+            self.make_path = shaper.make_path
+            self.window = max(self.window, shaper.window)
         self.bound = tolerance
         self.tick = 1. / run.freq
         self.motors = self._list_motors()
@@ -102,7 +107,7 @@ class Judge:
                 rows += more
                 pause = 0.
             pause += sequence.pause
-        return Path(rows)
+        return self.make_path(rows)
 
     def _find_start(self, moves, time, pause, everything):
         """The time, of those known to the host, that fits the first steps."""
@@ -110,8 +115,9 @@ class Judge:
         for sync in self.run.sync_times:
             if sync >= time:
                 candidates |= {sync, sync + pause}
-        # The drive moves half a window before and after the head
-        window = 0.5 * self.smooth_time + self.bound
+        # The drive moves half a window before and after the head, and so do
+        # motors that are shaped
+        window = self.window + self.bound
         first = np.searchsorted(everything, time + window)
         latest = everything[first] + window if first < len(everything) else np.inf
         scores = [(self._count_bad(moves, c), -c)
@@ -123,7 +129,7 @@ class Judge:
 
     def _count_bad(self, moves, begin):
         rows, end = plan.pieces(moves, begin)
-        path, bad = Path(rows), 0
+        path, bad = self.make_path(rows), 0
         for motor in self.motors:
             low, high = np.searchsorted(motor.times, [begin - self.bound, end])
             part = slice(low, min(high, low + PROBE_STEPS))
