@@ -92,10 +92,23 @@ class Web:
 
     def ask(self, verb, path, **params):
         """(status, decoded answer) of one request; raises OSError unconnected."""
+        return self._send(verb, path, json.dumps(params) if params else None,
+                          "application/json")
+
+    def upload(self, path, name, data):
+        """Post a file as a form does.  Raises PeerError."""
+        mark = "mark-%s" % (os.urandom(8).hex(),)
+        head = ('--%s\r\nContent-Disposition: form-data; name="file"; filename="%s"'
+                "\r\nContent-Type: application/octet-stream\r\n\r\n" % (mark, name))
+        body = head.encode() + data + ("\r\n--%s--\r\n" % (mark,)).encode()
+        return self._check(path, *self._send(
+            "POST", path, body, "multipart/form-data; boundary=" + mark))
+
+    def _send(self, verb, path, body, kind):
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
         try:
-            connection.request(verb, path, json.dumps(params) if params else None,
-                               {"Content-Type": "application/json", **self.headers})
+            connection.request(verb, path, body,
+                               {"Content-Type": kind, **self.headers})
             answer = connection.getresponse()
             data = answer.read()
         finally:

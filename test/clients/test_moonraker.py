@@ -124,7 +124,8 @@ def test_subscriptions_and_console(moonraker):
 
 
 def test_prints_pauses_resumes_and_leaves_an_object_out(moonraker, data_folder):
-    (data_folder / "gcodes" / "part.gcode").write_bytes(JOB.read_bytes())
+    moonraker.web.upload("/server/files/upload", "part.gcode", JOB.read_bytes())
+    assert (data_folder / "gcodes" / "part.gcode").read_bytes() == JOB.read_bytes()
     peers.wait_for("metadata", lambda: moonraker.web.ask(
         "GET", "/server/files/metadata?filename=part.gcode")[0] == 200)
     meta = moonraker.web.get("/server/files/metadata?filename=part.gcode")
