@@ -34,6 +34,8 @@ LINEAR_MIXES = {
 def build_axes(config, start_position=None):
     """Axes of a MachineConfig; start_position: (x, y, z) or None."""
     kinematics = config.get("printer").get("kinematics") or "none"
+    # Limits of x and y alone do not change what motors do
+    kinematics = kinematics.removeprefix("limited_")
     steppers = [read_stepper(s) for s in list_stepper_sections(config)]
     axes = Axes(kinematics, steppers)
     if kinematics in LINEAR_MIXES:

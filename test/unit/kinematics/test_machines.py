@@ -10,6 +10,7 @@ CONFIG = pathlib.Path(__file__).resolve().parents[3] / "config"
 # Where to go after homing, and how far off steps may leave a machine (mm)
 TOURS = {
     "cartesian": ("G1 X50 Y60 Z7 F6000\nG1 X20 Y90 Z3.3", 0.0125),
+    "limited_cartesian": ("G1 X50 Y60 Z7 F6000\nG1 X20 Y90 Z3.3", 0.0125),
     "corexz": ("G1 X50 Y60 Z7 F6000\nG1 X20 Y90 Z3.3", 0.0125),
     "hybrid_corexy": ("G1 X50 Y60 Z7 F6000\nG1 X20 Y90 Z3.3", 0.0125),
     "hybrid_corexz": ("G1 X50 Y60 Z7 F6000\nG1 X20 Y90 Z3.3", 0.0125),
