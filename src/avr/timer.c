@@ -24,7 +24,7 @@
 #define LATE_TICKS (1000 * US)
 
 /* Steps of other motors, inputs, outputs and bytes that come first */
-DECL_CONSTANT("STEP_LATENCY_TICKS", 42 * US);
+DECL_CONSTANT("STEP_LATENCY_TICKS", 44 * US);
 
 static volatile uint16_t overflows;
 static volatile uint32_t target;

@@ -158,7 +158,8 @@ void timed_output_start(struct timed_output *out, bool is_default)
 }
 
 /* The first value of an empty queue decides the timer.  Nothing but the limit
- * can happen meanwhile. */
+ * can happen meanwhile, and once that is gone nothing at all: steps may come in
+ * between. */
 static void wait_for(struct timed_output *out, struct timed_value *cell)
 {
     irq_flag_t flag = irq_save();
@@ -167,14 +168,14 @@ static void wait_for(struct timed_output *out, struct timed_value *cell)
         if (timer_is_before(out->timer.waketime, cell->clock))
             expire(out, out->kind->exceeds);
         sched_del_timer(&out->timer);
-        out->has_limit = false;
+        out->has_limit = out->is_waiting = false;
     }
+    irq_restore(flag);
     out->first = cell;
     out->last = &cell->next;
     out->timer.waketime = cell->clock;
     out->is_waiting = true;
     sched_add_timer(&out->timer);
-    irq_restore(flag);
 }
 
 void timed_output_queue(struct timed_output *out, uint32_t clock,

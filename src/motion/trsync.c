@@ -135,10 +135,11 @@ DECL_COMMAND(command_trsync_start,
 void command_trsync_set_timeout(const struct args_trsync_set_timeout *args)
 {
     struct trsync *ts = trsync_lookup(args->oid);
-    irq_flag_t flag = irq_save();
+    irq_flag_t flag;
 
     sched_del_timer(&ts->expire_timer);
     ts->expire_timer.waketime = args->clock;
+    flag = irq_save();
     if (ts->flags & IS_ARMED)
         sched_add_timer(&ts->expire_timer);
     irq_restore(flag);

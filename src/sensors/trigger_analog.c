@@ -116,11 +116,12 @@ static void compare(struct trigger_analog *t, int32_t value, uint32_t clock)
 
 void trigger_analog_update(struct trigger_analog *t, int32_t reading)
 {
-    uint32_t clock = timer_read_clock();
     int32_t value = reading;
+    uint32_t clock;
 
     if (!t || !t->is_homing)
         return;
+    clock = timer_read_clock();
     t->n_silent = 0;
     if (reading < t->raw_min || reading > t->raw_max) {
         stop_with_error(t, ERROR_RAW_RANGE);

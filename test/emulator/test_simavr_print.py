@@ -15,7 +15,7 @@ pytestmark = [
 
 STEP_ERROR = 25e-6
 # One step in a million is later: firmware_avr.md, "Lateness"
-RARE_DELAY = 15e-6
+RARE_DELAY = 5e-6
 
 
 @pytest.fixture(scope="module")
