@@ -34,16 +34,6 @@ shaper_path_delete(struct shaper_path *path)
     free(path);
 }
 
-static double
-get_polynomial(const double *c, int n, double u)
-{
-    double sum = 0.;
-
-    for (int i = n - 1; i >= 0; i--)
-        sum = sum * u + c[i];
-    return sum;
-}
-
 /* 0 if what is set is a mean: the sum of weights is 1. */
 static int
 check_axis(const struct shaper_axis *shaper)
@@ -214,27 +204,30 @@ forget_taps(struct shaper_path *path)
 
 /* ---- Positions ---- */
 
-/* Share of what `tap` holds for parts of a kernel from u = low to high. */
-static double
-weigh_piece(const struct shaper_path *path, int axis,
-            const struct shaper_tap *tap, double time, double low,
-            double high)
+/* Integrals of w(u) * u^k, k = 0, 1, 2, up to u; from a constant on. */
+static void
+get_moments(const struct shaper_path *path, int axis, double u, double m[3])
 {
-    /* p + (v + h * t) * t, t = time - begin - u * half, by power of u */
-    double half = path->axes[axis].half, c[3], sum = 0.;
+    const double (*c)[SHAPER_COEFFS_MAX + 3] = path->moments[axis];
+
+    m[0] = m[1] = m[2] = 0.;
+    for (int i = path->axes[axis].n_coeffs + 2; i >= 0; i--)
+        for (int k = 0; k < 3; k++)
+            m[k] = m[k] * u + c[k][i];
+}
+
+/* What `tap` holds is p + (v + h * t) * t, t = time - begin - u * half; by
+ * power of u, for an axis. */
+static void
+expand_piece(const struct shaper_path *path, int axis,
+             const struct shaper_tap *tap, double time, double c[3])
+{
+    double half = path->axes[axis].half;
     double t = isinf(tap->begin) ? 0. : time - tap->begin;
 
     c[0] = tap->p[axis] + (tap->v[axis] + tap->h[axis] * t) * t;
     c[1] = -(tap->v[axis] + 2. * tap->h[axis] * t) * half;
     c[2] = tap->h[axis] * half * half;
-    for (int k = 0; k < 3; k++) {
-        const double *m = path->moments[axis][k];
-        int n = path->axes[axis].n_coeffs + k + 1;
-        if (c[k] != 0.)
-            sum += c[k] * (get_polynomial(m, n, high)
-                           - get_polynomial(m, n, low));
-    }
-    return sum;
 }
 
 /* The plan averaged by the kernel of an axis. */
@@ -243,8 +236,10 @@ average(const struct shaper_path *path, const struct trapq *tq, int axis,
         double time, uint64_t *cursor)
 {
     double half = path->axes[axis].half, high = 1., sum = 0.;
+    double before[3], after[3], c[3];
     struct shaper_tap piece = { .cursor = *cursor };
 
+    get_moments(path, axis, high, after);
     while (high > -1.) {                /* from the oldest on */
         double low;
         move_tap(&piece, tq, path->barrier, time - high * half);
@@ -253,7 +248,12 @@ average(const struct shaper_path *path, const struct trapq *tq, int axis,
         low = fmax((time - piece.end) / half, -1.);
         if (!(low < high))
             low = fmax(nextafter(high, -2.), -1.);
-        sum += weigh_piece(path, axis, &piece, time, low, high);
+        get_moments(path, axis, low, before);
+        expand_piece(path, axis, &piece, time, c);
+        for (int k = 0; k < 3; k++) {
+            sum += c[k] * (after[k] - before[k]);
+            after[k] = before[k];
+        }
         high = low;
     }
     return sum;
@@ -261,13 +261,13 @@ average(const struct shaper_path *path, const struct trapq *tq, int axis,
 
 /* After move_taps(). */
 static void
-get_place(struct shaper_path *path, const struct trapq *tq, double time,
-          double pos[3])
+get_place(struct shaper_path *path, const struct trapq *tq, uint32_t axes,
+          double time, double pos[3])
 {
     uint64_t cursor = path->taps[0].cursor;
 
     for (int axis = 0; axis < 3; axis++)
-        pos[axis] = path->axes[axis].n_coeffs
+        pos[axis] = (axes & path->kernel_axes & (1u << axis))
             ? average(path, tq, axis, time, &cursor) : 0.;
     for (int i = 0; i < path->n_taps; i++) {
         const struct shaper_tap *tap = &path->taps[i];
@@ -288,7 +288,7 @@ shaper_get_position(struct shaper_path *path, const struct trapq *tq,
         return -EINVAL;
     forget_taps(path);
     move_taps(path, tq, time);
-    get_place(path, tq, time, pos);
+    get_place(path, tq, path->kernel_axes, time, pos);
     return 0;
 }
 
@@ -314,35 +314,100 @@ is_at_rest(const struct itersolve *is, const struct shaper_path *path)
     return 1;
 }
 
+/* Add factor * (p + (v + h * t) * t) of an axis of a tap, t from `base`. */
+static void
+add_tap(struct quadratic *q, const struct shaper_tap *tap, int axis,
+        double factor, double base)
+{
+    double t = isinf(tap->begin) ? 0. : base - tap->begin;
+    double v = tap->v[axis], h = tap->h[axis];
+
+    q->p0 += factor * (tap->p[axis] + (v + h * t) * t);
+    q->p1 += factor * (v + 2. * h * t);
+    q->p2 += factor * h;
+}
+
+static const struct shaper_tap *
+get_edge(const struct shaper_path *path, double delay)
+{
+    const struct shaper_tap *tap = path->taps;
+
+    while (tap->delay != delay)
+        tap++;
+    return tap;
+}
+
+/* Is all that the kernel of an axis sees one segment? */
+static int
+is_whole(const struct shaper_path *path, int axis)
+{
+    double half = path->axes[axis].half;
+    const struct shaper_tap *a = get_edge(path, half);
+    const struct shaper_tap *b = get_edge(path, -half);
+
+    return a->cursor == b->cursor && isfinite(a->begin)
+        && isfinite(b->begin);
+}
+
+/* A kernel over one segment: the mean of a polynomial of degree two. */
+static void
+add_kernel(struct quadratic *q, const struct shaper_path *path, int axis,
+           double factor, double base)
+{
+    double half = path->axes[axis].half, low[3], high[3];
+    struct shaper_tap tap = *get_edge(path, half);
+    double m1, m2, v, h = tap.h[axis];
+
+    get_moments(path, axis, -1., low);
+    get_moments(path, axis, 1., high);
+    m1 = half * (high[1] - low[1]);
+    m2 = half * half * (high[2] - low[2]);
+    tap.begin -= half;
+    v = tap.v[axis] + 2. * h * (base - tap.begin);
+    add_tap(q, &tap, axis, factor, base);
+    q->p0 += factor * (h * m2 - v * m1);
+    q->p1 -= factor * 2. * h * m1;
+}
+
+/* Can the path of this stepper be told by a polynomial of degree two? */
+static int
+is_quadratic(const struct itersolve *is)
+{
+    uint32_t axes = is->path->kernel_axes & is->active_axes;
+
+    if (!is->kind->get_weights)
+        return 0;
+    for (int axis = 0; axis < 3; axis++)
+        if ((axes & (1u << axis)) && !is_whole(is->path, axis))
+            return 0;
+    return 1;
+}
+
 /* The steps of linear kinematics between two times without a border. */
 static int
-emit_linear(struct itersolve *is, const double weights[3], double offset,
-            double time, double until)
+emit_linear(struct itersolve *is, double time, double until)
 {
     const struct shaper_path *path = is->path;
-    double base = -INFINITY, scale = is->inv_step_dist;
-    struct quadratic q = { .p0 = offset - is->origin };
+    double base = -INFINITY, weights[3], offset;
+    struct quadratic q = { .time = time };
 
+    is->kind->get_weights(is, weights, &offset);
     for (int i = 0; i < path->n_taps; i++)
         base = fmax(base, path->taps[i].begin);
-    base = isinf(base) ? time : base;
-    for (int i = 0; i < path->n_taps; i++) {
-        const struct shaper_tap *tap = &path->taps[i];
-        double t = isinf(tap->begin) ? 0. : base - tap->begin;
-        for (int axis = 0; axis < 3; axis++) {
-            double w = tap->weight[axis] * weights[axis];
-            double v = tap->v[axis], h = tap->h[axis];
-            if (w == 0.)
-                continue;
-            q.p0 += w * (tap->p[axis] + (v + h * t) * t);
-            q.p1 += w * (v + 2. * h * t);
-            q.p2 += w * h;
-        }
+    q.time = base = isinf(base) ? time : base;
+    for (int axis = 0; axis < 3; axis++) {
+        if (weights[axis] == 0.)
+            continue;
+        if (path->kernel_axes & (1u << axis))
+            add_kernel(&q, path, axis, weights[axis], base);
+        for (int i = 0; i < path->n_taps; i++)
+            if (path->taps[i].weight[axis] != 0.)
+                add_tap(&q, &path->taps[i], axis,
+                        weights[axis] * path->taps[i].weight[axis], base);
     }
-    q.time = base;
-    q.p0 *= scale;
-    q.p1 *= scale;
-    q.p2 *= scale;
+    q.p0 = itersolve_to_steps(is, q.p0 + offset);
+    q.p1 *= is->inv_step_dist;
+    q.p2 *= is->inv_step_dist;
     return itersolve_emit_quadratic(is, &q, time - base, until - base);
 }
 
@@ -352,22 +417,17 @@ find_place(void *data, double time)
     struct itersolve *is = data;
     double pos[3];
 
-    get_place(is->path, is->tq, time, pos);
+    get_place(is->path, is->tq, is->active_axes, time, pos);
     return is->kind->get_position(is, pos);
 }
 
 static int
 emit_piece(struct itersolve *is, double time, double until)
 {
-    double weights[3], offset;
-
     if (is_at_rest(is, is->path))
         return 0;
-    if (!(is->path->kernel_axes & is->active_axes)
-        && is->kind->get_weights) {
-        is->kind->get_weights(is, weights, &offset);
-        return emit_linear(is, weights, offset, time, until);
-    }
+    if (is_quadratic(is))
+        return emit_linear(is, time, until);
     return shaperfit_emit(is, find_place, is, is->kind->period, time, until);
 }
 
