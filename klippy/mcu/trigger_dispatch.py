@@ -7,6 +7,9 @@ from klippy.errors import ConfigError
 from klippy.mcu.trsync import MCU_trsync
 from klippy_ext.trdispatch import TrDispatch
 
+# A trigger is reported at the latest so long (s) after the end of the move
+REPORT_GRACE = 2.
+
 
 def current_timeout(n_mcus):
     """Expiry time in s for a trigger on n_mcus, as the package now has it."""
@@ -79,11 +82,16 @@ class TriggerDispatch:
         return self._completion
 
     def wait_end(self, end_time):
-        """Wait for a trigger, or for the end_time (print_time) of the move."""
+        """Wait for a trigger, or for the end_time (print_time) of the move.
+
+        The mcu tells of a trigger once, and a bad link may lose that; stop() asks.
+        """
         self._trsyncs[0].set_home_end_time(end_time)
         if self._mcu.is_fileoutput():
             self._completion.complete(True)
-        self._completion.wait()
+        eventtime = self._reactor.monotonic()
+        rest = end_time - self._mcu.estimated_print_time(eventtime)
+        self._completion.wait(eventtime + max(rest, 0.) + REPORT_GRACE)
 
     def stop(self):
         """Disarm; returns the reason that matters most (see MCU_trsync)."""
