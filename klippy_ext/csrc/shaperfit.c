@@ -8,6 +8,8 @@
 
 /* Spans are not cut shorter than this (s). */
 #define SPAN_MIN 1e-6
+/* Of fits, in steps: angles have small ones. */
+#define STEP_ERROR 2e-6
 enum { NODES = 9 };
 
 /* A function over [from, from + span], at 9 places: those with even numbers
@@ -86,6 +88,7 @@ shaperfit_emit(struct itersolve *is, shaperfit_get get, void *data,
 {
     struct sample s = { .from = from };
     double span = to - from;
+    double bound = fmin(SHAPER_ERROR, STEP_ERROR * is->step_dist);
     int ret = 0;
 
     while (s.from < to && !ret) {
@@ -94,7 +97,7 @@ shaperfit_emit(struct itersolve *is, shaperfit_get get, void *data,
         for (;;) {
             take_sample(&s, get, data, period, near);
             fit_sample(&s, fit);
-            if (get_error(&s, fit) <= SHAPER_ERROR || s.span <= SPAN_MIN)
+            if (get_error(&s, fit) <= bound || s.span <= SPAN_MIN)
                 break;
             s.span *= .5;
         }

@@ -13,6 +13,7 @@ from truth import machines, shaping
 from klippy.extras.motion import shaper_defs, shaper_kernels
 from klippy_ext.kin_delta import DeltaKinematics
 from klippy_ext.kin_linear import LinearKinematics
+from klippy_ext.kin_polar import PolarBedKinematics
 from klippy_ext.shaper import ShapedPath
 from klippy_ext.trapq import TrapQ
 
@@ -70,11 +71,12 @@ def add_walk(rig, n=60, seed=3):
     return t
 
 
-def check(rig, kind, names):
+def check(rig, kind, names, position=None):
     model, old = make_model(names), motion_rig.Path
     motion_rig.Path = lambda pieces: shaping.ShapedPath(pieces, model)
     try:
-        return rig.check(lambda path, t: KINDS[kind][1](path.xyz(t)))
+        function = position or KINDS[kind][1]
+        return rig.check(lambda path, t: function(path.xyz(t)))
     finally:
         motion_rig.Path = old
 
@@ -88,6 +90,19 @@ def test_every_step(kind, name):
     rig.run(end + .5)
     clocks, _ = check(rig, kind, names)
     assert len(clocks) > 10000
+
+
+@pytest.mark.parametrize("names", [("mzv", "ei", None), ("smooth_ei", "zv", None)])
+def test_a_bed_that_turns(names):
+    kin = PolarBedKinematics()
+    rig = Rig([kin], 1e-4, freq=64e6, start=(-70., 0., 10.))
+    kin.set_shaper(make_path(names))
+    rig.run(add_walk(rig, 30) + .5)
+
+    def turn(p):        # counted from where it starts, which is at pi
+        return np.pi + np.arctan2(-p[:, 1], -p[:, 0])
+    clocks, _ = check(rig, "bed", names, turn)
+    assert len(clocks) > 1000
 
 
 def test_z_and_two_kernels():

@@ -18,6 +18,7 @@ GROUPS = ("G91\nG1 X20 Y7 F6000\nG1 X10 E0.5 F2400\nG1 Y12 E0.6\nG1 X-11 Y-3 E0.
           "G1 E-0.8 F2400\nG1 Z0.4 F600\nG1 X-9 Y2 F12000\nG1 Z-0.4 F600\nG1 E0.8\n",
           "".join("G1 X%.3f Y%.3f E0.02 F3000\n" % (
               np.cos(0.1 * i), np.sin(0.1 * i)) for i in range(120)))
+SHAPER = "\n[input_shaper]\nshaper_freq_x: 48\nshaper_freq_y: 37\n"
 PAUSE = "G4 P1500\n"
 
 
@@ -38,9 +39,12 @@ def dictionary():
     return build_dictionary(DICTIONARIES / "simulator.dict")
 
 
-@pytest.mark.parametrize("kind", ["cartesian", "corexy", "delta"])
-def test_same_steps(tmp_path, dictionary, kind):
-    extra = machine_configs.BED + "\n[force_move]\nenable_force_move: True\n"
+@pytest.mark.parametrize("kind, shaper", [
+    ("cartesian", ""), ("corexy", ""), ("delta", ""), ("corexy", SHAPER),
+    ("delta", SHAPER)])
+def test_same_steps(tmp_path, dictionary, kind, shaper):
+    extra = (machine_configs.BED + "\n[force_move]\nenable_force_move: True\n"
+             + shaper)
     make = machine_configs.make_delta if kind == "delta" else (
         lambda *args: machine_configs.make_axes(kind, *args))
     config = use_own_pins(make(0.04, extra))
