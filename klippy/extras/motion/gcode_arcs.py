@@ -17,6 +17,8 @@ SAME_POINT = 1e-6
 # Greatest turn of one move, so that small circles are round
 MAX_TURN = math.pi / 8.
 MAX_MOVES = 1000000
+# So much (mm) may the ends be further apart than the diameter, for rounding
+R_SLACK = 0.002
 
 
 class Arc:
@@ -53,12 +55,18 @@ class Arc:
             self.angle = angle + 2. * math.pi if angle <= 0. else angle
         return 0
 
-    def count_moves(self, resolution):
-        """How many moves are at most resolution mm long and bend little."""
+    def count_moves(self, resolution, chord_error=0.):
+        """How many moves are at most resolution mm long and bend little.
+
+        chord_error: most that a move may be off the arc (mm); 0: no limit.
+        """
         rise = self.end[self.axis_c] - self.start[self.axis_c]
         length = math.hypot(self.angle * max(self.radius, self.end_radius), rise)
+        turn, radius = MAX_TURN, max(self.radius, self.end_radius)
+        if 0. < chord_error < radius:
+            turn = min(turn, 2. * math.acos(1. - chord_error / radius))
         return max(1, math.ceil(length / resolution - 1e-9),
-                   math.ceil(abs(self.angle) / MAX_TURN - 1e-9))
+                   math.ceil(abs(self.angle) / turn - 1e-9))
 
     def _find_point(self, share):
         turned = self.angle * share
@@ -90,12 +98,29 @@ class Arc:
         make_move(self.end[0], self.end[1], self.end[2], end_e, speed)
 
 
+def find_arm(chord, radius, is_clockwise):
+    """(a, b) from the start to the centre of an arc of a given radius.
+
+    chord: (a, b) from start to end; radius: negative for the longer way.
+    Returns None if there is no such arc.
+    """
+    length = math.hypot(*chord)
+    reach = abs(radius)
+    if length < SAME_POINT or length > 2. * reach + R_SLACK:
+        return None
+    height = math.sqrt(max(reach * reach - 0.25 * length * length, 0.)) / length
+    if is_clockwise == (radius > 0.):
+        height = -height
+    return [0.5 * chord[0] - height * chord[1], 0.5 * chord[1] + height * chord[0]]
+
+
 class ArcSupport:
     """G2 and G3 in the plane that G17, G18 or G19 has chosen."""
 
     def __init__(self, config):
         printer = config.get_printer()
         self.resolution = config.getfloat("resolution", 1., above=0.)
+        self.chord_error = config.getfloat("chord_error", 0., minval=0.)
         self.gcode_move = printer.load_object(config, "gcode_move")
         self.letters, self.axes = PLANES["G17"]
         register = printer.lookup_object("gcode").register_command
@@ -121,22 +146,39 @@ class ArcSupport:
         if not gcode_move.absolute_coord:
             raise gcmd.error("G2/G3 does not support relative move mode (G91):"
                              " use G90")
-        if gcmd.get("R", None) is not None:
-            raise gcmd.error("G2/G3 does not support R moves: give the centre by %s"
-                             % (" and ".join(self.letters),))
-        arm = [gcmd.get_float(letter, 0.) for letter in self.letters]
-        if not any(arm):
-            raise gcmd.error("G2/G3 requires IJ, IK or JK parameters: the centre, by"
-                             " %s in this plane" % (" and ".join(self.letters),))
         start, end = gcode_move.last_position, self._read_end(gcmd)
+        arm = self._read_arm(gcmd, start, end, is_clockwise)
         speed = self._read_speed(gcmd)
         arc = Arc(start[:3], end[:3], arm, self.axes, is_clockwise)
-        count = arc.count_moves(self.resolution)
+        count = arc.count_moves(self.resolution, self.chord_error)
         if count > MAX_MOVES:
             raise gcmd.error("Error on '%s': the arc would need %d moves (at most %d)"
                              % (gcmd.get_commandline(), count, MAX_MOVES))
         gcode_move.speed = speed
         arc.run(count, start[3], end[3], speed, gcode_move.make_move)
+
+    def _read_arm(self, gcmd, start, end, is_clockwise):
+        """From start to centre, in the plane: [a, b]."""
+        letters = " and ".join(self.letters)
+        arm = [gcmd.get_float(letter, 0.) for letter in self.letters]
+        radius = gcmd.get_float("R", None)
+        if radius is None:
+            if not any(arm):
+                raise gcmd.error("G2/G3 requires IJ, IK or JK parameters: the centre,"
+                                 " by %s in this plane; or R" % (letters,))
+            return arm
+        if any(arm):
+            raise gcmd.error("Error on '%s': give the arc's centre by %s or its"
+                             " radius by R, not both"
+                             % (gcmd.get_commandline(), letters))
+        chord = [end[axis] - start[axis] for axis in self.axes[:2]]
+        arm = find_arm(chord, radius, is_clockwise)
+        if arm is None:
+            raise gcmd.error(
+                "Error on '%s': no arc of radius %.3f leads over %.3f mm; R must be"
+                " at least half of that, and the ends must differ"
+                % (gcmd.get_commandline(), radius, math.hypot(*chord)))
+        return arm
 
     def _read_end(self, gcmd):
         """Where the arc ends, in positions of the head: [x, y, z, e]."""

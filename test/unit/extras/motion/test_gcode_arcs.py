@@ -114,7 +114,9 @@ def test_end_off_the_circle_is_reached_evenly(printer):
 
 
 @pytest.mark.parametrize("line, words", [
-    ("G91\nG2 X1 I1", "relative"), ("G2 X5 R5", "R moves"), ("G3 X5", "IJ"),
+    ("G91\nG2 X1 I1", "relative"), ("G2 X5 R2", "at least half"),
+    ("G2 R5", "must differ"), ("G2 X5 R5 I1", "not both"), ("G2 X5 R0", "no arc"),
+    ("G3 X5", "IJ"),
     ("G2 X5 I0 J0", "IJ"), ("G2 X5 K1", "IJ"), ("G18\nG2 X5 J1", "IK"),
     ("G2 Xnan I1", "X="), ("G2 X5 I", "I="), ("G2 X5 I1 F0", "F is 0"),
     ("G2 X5 I" + "9" * 12, "moves")])
@@ -122,6 +124,45 @@ def test_errors_make_no_move(printer, line, words):
     with pytest.raises(CommandError, match=words):
         printer.gcode.run_script(line)
     assert printer.toolhead.moves == []
+
+
+@pytest.mark.parametrize("command, radius, center", [
+    ("G3", 10., (0., 0.)), ("G3", -10., (10., 10.)),
+    ("G2", 10., (10., 10.)), ("G2", -10., (0., 0.))])
+def test_radius_and_its_sign(printer, command, radius, center):
+    """From (10, 0) to (0, 10): a quarter, or three quarters if negative."""
+    run(printer, "G1 X10 Y0")
+    moves = run(printer, "%s X0 Y10 R%g E1 Z2" % (command, radius))
+    check_points(moves, center, 10.)
+    assert moves[-1][:4] == (0., 10., 2., 1.)
+    way = sum(math.dist(a[:2], b[:2]) for a, b in zip(moves, moves[1:], strict=False))
+    quarters = 1. if radius > 0. else 3.
+    assert way == pytest.approx(quarters * 5. * math.pi, rel=0.01)
+
+
+@pytest.mark.parametrize("plane, axes, letters", [("G18", (0, 2), "XZ"),
+                                                  ("G19", (1, 2), "YZ")])
+def test_radius_in_other_planes(printer, plane, axes, letters):
+    run(printer, "%s\nG1 %s10" % (plane, letters[0]))
+    moves = run(printer, "G3 %s0 %s10 R10" % tuple(letters))
+    check_points(moves, (0., 0.), 10., axes)
+
+
+def test_half_circle_may_be_rounded(printer):
+    moves = run(printer, "G2 X10.001 R5")
+    check_points(moves, (5.0005, 0.), 5.0005)
+    assert max(m[1] for m in moves) == pytest.approx(5., rel=0.02)
+
+
+@pytest.mark.parametrize("radius", [0.5, 8., 120.])
+def test_chord_error_is_kept(radius):
+    printer = load(resolution="100", chord_error="0.01")
+    moves = run(printer, "G2 X%g Y0 R%g" % (2. * radius, radius))
+    off = [radius - math.hypot(0.5 * (a[0] + b[0]) - radius, 0.5 * (a[1] + b[1]))
+           for a, b in zip(moves, moves[1:], strict=False)]
+    # No more than asked for, and not in needlessly many moves
+    assert 0.006 < max(off) <= 0.01 + 1e-9
+    printer.close()
 
 
 def test_refused_move_ends_the_arc(printer):
