@@ -24,6 +24,7 @@ struct rcc_regs {
 #define RCC_CFGR_PLLSRC_HSE (1u << 16)
 #define RCC_CFGR_PLLMUL(N) (((N) - 2u) << 18)
 #define RCC_CFGR2_PREDIV(N) ((N) - 1u)
+#define RCC_CFGR3_I2C1_SYSCLK (1u << 4)
 #define RCC_GATE_AHB(BIT) STM32_GATE(0x14, BIT)
 #define RCC_GATE_APB2(BIT) STM32_GATE(0x18, BIT)
 #define RCC_GATE_APB1(BIT) STM32_GATE(0x1c, BIT)
@@ -50,6 +51,11 @@ struct rcc_regs {
 #define SPI1_GATE RCC_GATE_APB2(12)
 #define SPI2_BASE 0x40003800
 #define SPI2_GATE RCC_GATE_APB1(14)
+
+#define I2C1_BASE 0x40005400
+#define I2C1_GATE RCC_GATE_APB1(21)
+#define I2C2_BASE 0x40005800
+#define I2C2_GATE RCC_GATE_APB1(22)
 
 #define ADC1_BASE 0x40012400
 #define ADC1_GATE RCC_GATE_APB2(9)

@@ -96,6 +96,13 @@ struct pwr_regs {
 #define SPI6_BASE 0x58001400
 #define SPI6_GATE RCC_GATE_APB4(5)
 
+#define I2C1_BASE 0x40005400
+#define I2C1_GATE RCC_GATE_APB1(21)
+#define I2C2_BASE 0x40005800
+#define I2C2_GATE RCC_GATE_APB1(22)
+#define I2C3_BASE 0x40005c00
+#define I2C3_GATE RCC_GATE_APB1(23)
+
 #define ADC1_BASE 0x40022000
 #define ADC1_GATE RCC_GATE_AHB1(5)
 #define ADC2_BASE 0x58026000        /* ADC3: second of those in use */

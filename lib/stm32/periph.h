@@ -139,6 +139,45 @@ struct spi_v2_regs {
 #define SPI_IFCR_EOT (1u << 3)
 #define SPI_IFCR_TXTF (1u << 4)
 
+/* I2C of F1, F2 and F4: RM0008, 26.6 */
+struct i2c_v1_regs {
+    volatile uint32_t CR1, CR2, OAR1, OAR2, DR, SR1, SR2, CCR, TRISE;
+};
+#define I2C_V1_CR1_PE (1u << 0)
+#define I2C_V1_CR1_START (1u << 8)
+#define I2C_V1_CR1_STOP (1u << 9)
+#define I2C_V1_CR1_ACK (1u << 10)
+#define I2C_V1_CR1_POS (1u << 11)
+#define I2C_V1_CR1_SWRST (1u << 15)
+#define I2C_V1_CCR_MAX 0xfffu
+#define I2C_V1_CCR_FAST (1u << 15)
+#define I2C_V1_SR1_SB (1u << 0)
+#define I2C_V1_SR1_ADDR (1u << 1)
+#define I2C_V1_SR1_BTF (1u << 2)
+#define I2C_V1_SR1_RXNE (1u << 6)
+#define I2C_V1_SR1_AF (1u << 10)
+
+/* I2C of the others: RM0091, 26.7 */
+struct i2c_v2_regs {
+    volatile uint32_t CR1, CR2, OAR1, OAR2, TIMINGR, TIMEOUTR, ISR, ICR, PECR;
+    volatile uint32_t RXDR, TXDR;
+};
+#define I2C_V2_CR1_PE (1u << 0)
+#define I2C_CR2_ADDRESS(N) ((uint32_t)(N) << 1)
+#define I2C_CR2_READ (1u << 10)
+#define I2C_CR2_START (1u << 13)
+#define I2C_CR2_COUNT(N) ((uint32_t)(N) << 16)
+#define I2C_CR2_AUTOEND (1u << 25)
+#define I2C_ISR_TXE (1u << 0)
+#define I2C_ISR_TXIS (1u << 1)
+#define I2C_ISR_RXNE (1u << 2)
+#define I2C_ISR_NACKF (1u << 4)
+#define I2C_ISR_STOPF (1u << 5)
+#define I2C_ISR_TC (1u << 6)
+#define I2C_TIMINGR(PRESCALER, SETUP, HOLD, LOW, HIGH) \
+    (((PRESCALER) - 1u) << 28 | ((SETUP) - 1u) << 20 | (HOLD) << 16 \
+     | ((HIGH) - 1u) << 8 | ((LOW) - 1u))
+
 /* Independent watchdog: RM0008, 19.4.  WINR is not on all. */
 struct iwdg_regs {
     volatile uint32_t KR, PR, RLR, SR, WINR;

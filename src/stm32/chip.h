@@ -35,7 +35,9 @@
 void chip_enable(uint32_t gate);
 
 /* Task: connect `pin` to a peripheral.  `function` is the number of the
- * alternate function where there are such, `pull` as in gpio_float(). */
+ * alternate function where there are such, and GPIO_OPEN_DRAIN; `pull` is as
+ * in gpio_float(). */
+#define GPIO_OPEN_DRAIN 0x80
 void gpio_alternate(uint32_t pin, uint8_t function, int8_t pull);
 
 /* Task: connect `pin` to the converter. */

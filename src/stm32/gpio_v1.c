@@ -9,6 +9,7 @@
 #define NIBBLE_FLOATING 0x4u
 #define NIBBLE_PULLED 0x8u
 #define NIBBLE_ALTERNATE 0x9u
+#define NIBBLE_OPEN_DRAIN 0xdu
 
 /* What AFIO_MAPR was told: the field that frees debug pins reads as
  * anything. */
@@ -33,7 +34,8 @@ void gpio_set_mode(gpio_regs_t *regs, uint32_t bit, enum gpio_mode mode,
     volatile uint32_t *control = index < 8 ? &regs->CRL : &regs->CRH;
     uint32_t shift = 4 * (index % 8), nibble = find_nibble(mode, pull);
 
-    (void)function;
+    if (mode == GPIO_MODE_ALTERNATE && function & GPIO_OPEN_DRAIN)
+        nibble = NIBBLE_OPEN_DRAIN;
     if (nibble == NIBBLE_PULLED)
         regs->BSRR = pull > 0 ? bit : bit << 16;
     *control = (*control & ~(0xfu << shift)) | nibble << shift;

@@ -21,9 +21,13 @@ void gpio_set_mode(gpio_regs_t *regs, uint32_t bit, enum gpio_mode mode,
     uint32_t index = (uint32_t)__builtin_ctz(bit);
     uint32_t pull_bits = pull > 0 ? PULL_UP : pull < 0 ? PULL_DOWN : 0;
 
-    set_field(&regs->AFR[index / 8], 4 * (index % 8), 0xf, function);
+    set_field(&regs->AFR[index / 8], 4 * (index % 8), 0xf,
+              function & 0xf);
     set_field(&regs->PUPDR, 2 * index, 3, pull_bits);
     set_field(&regs->OSPEEDR, 2 * index, 3, SPEED_MEDIUM);
-    regs->OTYPER &= ~bit;
+    if (mode == GPIO_MODE_ALTERNATE && function & GPIO_OPEN_DRAIN)
+        regs->OTYPER |= bit;
+    else
+        regs->OTYPER &= ~bit;
     set_field(&regs->MODER, 2 * index, 3, mode);
 }

@@ -39,6 +39,12 @@ typedef struct spi_v2_regs spi_regs_t;
 #else
 typedef struct spi_v1_regs spi_regs_t;
 #endif
+#if CONFIG_STM32_I2C_V1
+typedef struct i2c_v1_regs i2c_regs_t;
+#else
+typedef struct i2c_v2_regs i2c_regs_t;
+#endif
+struct i2c_config { i2c_regs_t *regs; uint8_t addr; };
 struct spi_config { spi_regs_t *regs; uint32_t first, second; };
 
 struct gpio_out { gpio_regs_t *regs; uint32_t bit; };

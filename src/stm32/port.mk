@@ -20,6 +20,10 @@ stm32-$(CONFIG_STM32_ADC_V1) += adc_v1.c
 stm32-$(CONFIG_STM32_ADC_V2) += adc_v2.c
 stm32-$(CONFIG_STM32_ADC_V3) += adc_v3.c
 stm32-$(CONFIG_WANT_SPI) += spi.c
+stm32-i2c-y := i2c_pins.c
+stm32-i2c-$(CONFIG_STM32_I2C_V1) += i2c_v1.c
+stm32-i2c-$(CONFIG_STM32_I2C_V2) += i2c_v2.c
+stm32-$(CONFIG_WANT_I2C) += $(stm32-i2c-y)
 stm32-$(CONFIG_WANT_HARD_PWM) += pwm.c
 port-src += $(stm32-y:%=$(stm32)/%)
 FLASH_HINT := make flash FLASH_DEVICE=/dev/ttyUSB0 (boot loader of the chip)

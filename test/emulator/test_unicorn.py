@@ -196,6 +196,39 @@ def test_spi_bus(chip, make_board):
     assert board.list_edges(select)[-1][1] == 1
 
 
+@pytest.mark.parametrize("chip, bus", [
+    ("stm32f072", "i2c1"), ("stm32f103", "i2c1a"), ("stm32f407", "i2c2"),
+    ("stm32f765", "i2c1"), ("stm32g0b1", "i2c2_PB13_PB14"),
+    ("stm32g431", "i2c1_PB8_PB9"), ("stm32h743", "i2c1"), ("stm32l412", "i2c1")])
+def test_i2c_bus(chip, bus, make_board):
+    """A memory behind a pointer; nobody at another address."""
+    board = make_board(chip)
+    seen, number = [], 2 if "i2c2" in bus else 1
+
+    def answer(data, n_read):
+        if data:
+            seen.append(data)
+        return bytes(range(0x40, 0x40 + n_read))
+
+    board.i2c_devices[number, 0x1C] = answer
+    buses = board.dictionary["enumerations"]["i2c_bus"]
+    board.configure(*[step for oid, addr in ((5, 0x1C), (6, 0x1D)) for step in (
+        ("config_i2c", dict(oid=oid)),
+        ("i2c_set_bus", dict(oid=oid, i2c_bus=buses[bus], rate=100000,
+                             address=addr)))])
+    for n_read in (1, 2, 3, 6):
+        got = board.query("i2c_transfer", "i2c_response", oid=5, write=b"\x07\x81",
+                          read_len=n_read)
+        assert got["i2c_bus_status"] == 0
+        assert got["response"] == bytes(range(0x40, 0x40 + n_read))
+    board.query("i2c_transfer", "i2c_response", oid=5, write=b"\x09", read_len=0)
+    assert seen == [b"\x07\x81"] * 4 + [b"\x09"]
+    got = board.query("i2c_transfer", "i2c_response", oid=6, write=b"\x01",
+                      read_len=0)
+    assert got["i2c_bus_status"] == 2
+    assert board.find_shutdown() is None
+
+
 @pytest.mark.parametrize("chip", ["stm32f070", "stm32f103", "stm32f407",
                                   "stm32g0b1", "stm32h723"])
 def test_shutdown_puts_pins_to_their_defaults(chip, make_board):

@@ -12,7 +12,8 @@ import firmware_matrix
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "test" / "emulator"
 SOURCES = ["unicorn_vmcu.c", "unicorn_core.c", "unicorn_rcc.c",
-           "unicorn_periph.c", "unicorn_adc.c", "unicorn_spi.c", "unicorn_timer.c",
+           "unicorn_periph.c", "unicorn_adc.c", "unicorn_spi.c", "unicorn_i2c.c",
+           "unicorn_timer.c",
            "unicorn_models.c"]
 sys.path.append(str(ROOT / "test" / "firmware"))
 from simboard import SimBoard  # noqa: E402

@@ -25,6 +25,7 @@ enum { MAX_REGS = 224, MAX_DEVICES = 64, N_IRQS = 160, N_VECTORS = 16 + N_IRQS,
 enum device_kind {
     DEV_GPIO, DEV_USART, DEV_ADC, DEV_ADC_COMMON, DEV_TIM, DEV_RCC, DEV_FLASH,
     DEV_PWR, DEV_IWDG, DEV_AFIO, DEV_SYSCFG, DEV_SPI,
+    DEV_I2C,
 };
 
 /* A peripheral: where it is, what clocks it. */
@@ -138,6 +139,10 @@ void adc_run_event(struct device *d);
 uint32_t spi_read(struct device *d, uint32_t word);
 void spi_write(struct device *d, uint32_t word, uint32_t value);
 void spi_run_event(struct device *d);
+
+/* unicorn_i2c.c */
+uint32_t i2c_read(struct device *d, uint32_t word);
+void i2c_write(struct device *d, uint32_t word, uint32_t value);
 
 /* unicorn_timer.c */
 uint32_t timer_read(struct device *d, uint32_t word);

@@ -32,6 +32,8 @@ static const struct device_info f1_devices[] = {
     { 0x40004800, DEV_USART, 3, 39, 1, 0x1c, 18 },
     { 0x40013000, DEV_SPI, 1, 0, 2, 0x18, 12 },
     { 0x40003800, DEV_SPI, 2, 0, 1, 0x1c, 14 },
+    { 0x40005400, DEV_I2C, 1, 0, 1, 0x1c, 21 },
+    { 0x40005800, DEV_I2C, 2, 0, 1, 0x1c, 22 },
     { 0x40003c00, DEV_SPI, 3, 0, 1, 0x1c, 15 },
     { 0x40012400, DEV_ADC, 0, 18, 2, 0x18, 9 },
     { 0x40012c00, DEV_TIM, 1, 0, 2, 0x18, 11 },
@@ -60,6 +62,8 @@ static const struct device_info f4_devices[] = {
     { 0x40011400, DEV_USART, 6, 71, 2, 0x44, 5 },
     { 0x40013000, DEV_SPI, 1, 0, 2, 0x44, 12 },
     { 0x40003800, DEV_SPI, 2, 0, 1, 0x40, 14 },
+    { 0x40005400, DEV_I2C, 1, 0, 1, 0x40, 21 },
+    { 0x40005800, DEV_I2C, 2, 0, 1, 0x40, 22 },
     { 0x40003c00, DEV_SPI, 3, 0, 1, 0x40, 15 },
     { 0x40013400, DEV_SPI, 4, 0, 2, 0x44, 13 },
     { 0x40015000, DEV_SPI, 5, 0, 2, 0x44, 20 },
@@ -93,6 +97,8 @@ static const struct device_info f0_devices[] = {
     { 0x40004400, DEV_USART, 2, 28, 1, 0x1c, 17 },
     { 0x40013000, DEV_SPI, 1, 0, 1, 0x18, 12 },
     { 0x40003800, DEV_SPI, 2, 0, 1, 0x1c, 14 },
+    { 0x40005400, DEV_I2C, 1, 0, 1, 0x1c, 21 },
+    { 0x40005800, DEV_I2C, 2, 0, 1, 0x1c, 22 },
     { 0x40012400, DEV_ADC, 0, 12, 1, 0x18, 9 },
     { 0x40012700, DEV_ADC_COMMON, 0, 12, 1, 0x18, 9 },
     { 0x40012c00, DEV_TIM, 1, 0, 1, 0x18, 11 },
@@ -118,6 +124,8 @@ static const struct device_info g0_devices[] = {
     { 0x40004800, DEV_USART, 3, 29, 1, 0x3c, 18 },
     { 0x40013000, DEV_SPI, 1, 0, 1, 0x40, 12 },
     { 0x40003800, DEV_SPI, 2, 0, 1, 0x3c, 14 },
+    { 0x40005400, DEV_I2C, 1, 0, 1, 0x3c, 21 },
+    { 0x40005800, DEV_I2C, 2, 0, 1, 0x3c, 22 },
     { 0x40012400, DEV_ADC, 0, 12, 1, 0x40, 20 },
     { 0x40012700, DEV_ADC_COMMON, 0, 12, 1, 0x40, 20 },
     { 0x40012c00, DEV_TIM, 1, 0, 1, 0x40, 11 },
@@ -157,6 +165,8 @@ g0_channels(uint8_t unit, uint8_t channel)
     { 0x40004800, DEV_USART, 3, 39, 1, 0x58, 18 }, \
     { 0x40013000, DEV_SPI, 1, 0, 2, 0x60, 12 }, \
     { 0x40003800, DEV_SPI, 2, 0, 1, 0x58, 14 }, \
+    { 0x40005400, DEV_I2C, 1, 0, 1, 0x58, 21 }, \
+    { 0x40005800, DEV_I2C, 2, 0, 1, 0x58, 22 }, \
     { 0x40003c00, DEV_SPI, 3, 0, 1, 0x58, 15 }, \
     { ADC, DEV_ADC, 0, 18, 0, 0x4c, 13 }, \
     { (ADC) + 0x100, DEV_ADC, 1, 18, 0, 0x4c, 13 }, \
@@ -191,6 +201,8 @@ static const struct device_info h7_devices[] = {
     { 0x40011400, DEV_USART, 6, 71, 2, 0xf0, 5 },
     { 0x40013000, DEV_SPI, 1, 0, 2, 0xf0, 12 },
     { 0x40003800, DEV_SPI, 2, 0, 1, 0xe8, 14 },
+    { 0x40005400, DEV_I2C, 1, 0, 1, 0xe8, 21 },
+    { 0x40005800, DEV_I2C, 2, 0, 1, 0xe8, 22 },
     { 0x40003c00, DEV_SPI, 3, 0, 1, 0xe8, 15 },
     { 0x40013400, DEV_SPI, 4, 0, 2, 0xf0, 13 },
     { 0x40015000, DEV_SPI, 5, 0, 2, 0xf0, 20 },

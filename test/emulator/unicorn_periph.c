@@ -343,6 +343,8 @@ bus_read(uc_engine *uc, uint64_t offset, unsigned size, void *param)
         return adc_read(d, word);
     case DEV_SPI:
         return spi_read(d, word);
+    case DEV_I2C:
+        return i2c_read(d, word);
     case DEV_TIM:
         return timer_read(d, word);
     case DEV_RCC:
@@ -385,6 +387,9 @@ bus_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value,
         return;
     case DEV_SPI:
         spi_write(d, word, (uint32_t)value);
+        return;
+    case DEV_I2C:
+        i2c_write(d, word, (uint32_t)value);
         return;
     case DEV_TIM:
         timer_write(d, word, (uint32_t)value);
