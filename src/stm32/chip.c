@@ -2,6 +2,15 @@
  * Clocks of peripherals. */
 #include "board/irq.h"
 #include "chip.h"
+#include "core/decl.h"
+
+#if !CONFIG_STM32_CLOCK_REF_INTERNAL
+#if CONFIG_MACH_STM32F0 || CONFIG_MACH_STM32G0 || CONFIG_MACH_STM32G4
+DECL_CONSTANT_STR("RESERVE_PINS_crystal", "PF0,PF1");
+#elif CONFIG_STM32_F2F4F7 || CONFIG_MACH_STM32H7 || CONFIG_MACH_STM32L4
+DECL_CONSTANT_STR("RESERVE_PINS_crystal", "PH0,PH1");
+#endif
+#endif
 
 void chip_enable(uint32_t gate)
 {

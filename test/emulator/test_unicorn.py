@@ -298,6 +298,17 @@ def test_other_crystals(chip, crystals, make_board, tmp_path):
         assert board.query("get_config", "config")["is_config"] == 0
 
 
+def test_console_on_other_pins(make_board, tmp_path):
+    out = firmware_matrix.build(
+        "stm32g431", ("LOW_LEVEL_OPTIONS=y", "STM32_CLOCK_REF_INTERNAL=y",
+                      "STM32_SERIAL_USART2_ALT_PB4_PB3=y", *SMALL), tmp_path / "g4")
+    constants = firmware_matrix.read_constants(out)
+    assert constants["RESERVE_PINS_serial"] == "PB4,PB3"
+    assert "RESERVE_PINS_crystal" not in constants
+    board = make_board("stm32g431", out, 0)
+    assert board.dictionary["config"]["RESERVE_PINS_serial"] == "PB4,PB3"
+
+
 @pytest.mark.parametrize("chip, single, burst", [
     ("stm32f070", 115, 70), ("stm32f103", 75, 56), ("stm32f407", 75, 56)])
 def test_instructions_of_a_step(chip, single, burst, make_board):
