@@ -207,6 +207,7 @@ def check(it, kind, config, count, seed):
         limits = read_limits(toolhead, config, SETTINGS[job % len(SETTINGS)])
         positions, speeds = random_moves.make_job(rng, JOB, low, high)
         found = to_array(planner.run(positions, speeds))
+        assert len(found) > 0.9 * JOB
         wanted, speeds = list_wanted(found, positions, speeds, planner.speeds)
         wrong = judge(kind, found, wanted, speeds, limits)
         assert not wrong, (kind, seed, job, wrong)
