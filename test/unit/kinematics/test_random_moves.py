@@ -190,7 +190,7 @@ def read_limits(toolhead, config, settings):
     """Set the printer up; returns the Limits that hold then."""
     toolhead.set_max_velocities(*settings)
     lim = gcode.Limits.from_config(config)
-    if config["printer"]["kinematics"] in ("winch", "rotary_delta"):
+    if config["printer"]["kinematics"] == "winch":
         lim = dataclasses.replace(lim, max_z_velocity=math.inf, max_z_accel=math.inf)
     velocity, accel, corner, ratio = settings
     return dataclasses.replace(lim, max_velocity=velocity, max_accel=accel,
