@@ -98,7 +98,7 @@ class Stm32Board(PtyBoard):
 
     def __init__(self):
         super().__init__()
-        self.started_at = None
+        self.started_at, self.started = None, threading.Event()
 
     def _take_address(self):
         data = self.take(5)
@@ -122,6 +122,7 @@ class Stm32Board(PtyBoard):
             self._read()
         elif command == 0x21:
             self.started_at = self._take_address()
+            self.started.set()
         elif command == 0x31:
             self._write()
         elif command == 0x43:

@@ -79,6 +79,7 @@ def test_stm32flash_writes_and_verifies(stm32, tmp_path, monkeypatch):
     methods.flash(target, stm32.path)
     assert bytes(stm32.memory[0x2000:0x2000 + len(IMAGE)]) == IMAGE
     assert bytes(stm32.memory[:0x2000]) == b"\xff" * 0x2000
+    assert stm32.started.wait(5)  # stm32flash does not
     assert stm32.started_at == 0x8002000
 
 
