@@ -25,6 +25,9 @@ RESTART_LEAD = 0.10
 # Homing: steps are made in pieces of so long, so far ahead of the mcu (s)
 DRIP_PIECE = 0.050
 DRIP_LEAD = 0.100
+# What is flushed reaches so far behind the last step that is due (s): more than
+# its time is shifted for the mcu's sake
+END_MARGIN = 0.000025
 # A wait shorter than this is none: so little does not move the clock at all
 MIN_WAIT = 0.000001
 # Old motion is kept for reports so long (s)
@@ -88,8 +91,10 @@ class McuMotion:
             self.sync.generate(end)
         self.sync.set_time(offset, freq)
         self.sync.generate(step_gen_time)
-        self.sync.flush(max(0, mcu.print_time_to_clock(flush_time)),
-                        max(0, mcu.print_time_to_clock(clear_time)))
+        # A step at the very end belongs to it, too
+        self.sync.flush(
+            max(0, mcu.print_time_to_clock(flush_time + END_MARGIN)),
+            max(0, mcu.print_time_to_clock(clear_time)))
 
 
 class MotionQueue:

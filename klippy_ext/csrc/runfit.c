@@ -244,8 +244,8 @@ find_longest(const struct runfit *f, int64_t limit, struct curve *c)
 
     n = runline_aim(&f->wanted[f->first], &f->error[f->first], f->start, n,
                     &slope);
-    if (!(fabs(2. * slope) < ADD_MAX))
-        return 0;
+    /* no more than a message can say: windows may leave room for that */
+    slope = fmax(-ADD_MAX / 2., fmin(slope, ADD_MAX / 2. - 1.));
     add = (int64_t)floor(2. * slope);
     for (int i = 0; i < 2; i++) {
         struct runfit_track t;
@@ -294,6 +294,46 @@ choose_length(struct runfit *f, struct curve *c)
         return n;
     *c = longest;
     return most;
+}
+
+/* ---- Bytes ---- */
+
+/* The closest add that takes a byte less on the wire; itself where none. */
+static int64_t
+shorten_add(int64_t add)
+{
+    if (add < -4096)
+        return -4096;
+    if (add < -32)
+        return -32;
+    if (add > 12287)
+        return 12287;
+    return add > 95 ? 95 : add;
+}
+
+/* Bend the curve of a short run so that its add takes fewer bytes, if it then
+ * still meets all n windows and ends well inside the last. */
+static void
+save_bytes(const struct runfit *f, int64_t n, struct curve *c)
+{
+    int64_t add = c->add;
+
+    if (n < 2 || n > SHORT)
+        return;
+    for (;;) {
+        struct runfit_track t;
+        struct curve bent;
+        int64_t shorter = shorten_add(add);
+        if (shorter == add)
+            return;
+        add = shorter;
+        track_init(&t, add);
+        if (track_run(f, &t, 1, n) < n
+            || track_aim(&t, n, get_wanted(f, n), &bent)
+               > f->error[f->first + n - 1] / 2)
+            return;
+        *c = bent;
+    }
 }
 
 static void
@@ -436,6 +476,7 @@ runfit_take(struct runfit *f, struct steprun *run)
         start_tracks(f, &c);
         return 0;
     }
+    save_bytes(f, n, &c);
     finish_curve(f, &c, n, run);
     return 1;
 }
@@ -456,6 +497,7 @@ runfit_take_before(struct runfit *f, int64_t limit, struct steprun *run)
     if (f->first == f->end || f->wanted[f->first] >= limit)
         return 0;
     n = choose_length(f, &c);
+    save_bytes(f, n, &c);
     finish_curve(f, &c, n, run);
     return 1;
 }
