@@ -258,7 +258,7 @@ def test_absent_mcu_is_an_error_that_names_it(make_bench):
 def test_corrupted_bytes_do_not_matter(make_bench):
     def body(it):
         assert it.state == "ready", it.message
-        for _ in range(100):
+        for _ in range(500):
             assert it.objects.endstop.query_endstop(it.print_time()) == 0
         assert it.mcu._serial.stats()["bytes_retransmit"] > 0
         assert it.state == "ready", it.message
