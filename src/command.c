@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The wire protocol: blocks in, messages out. */
+ * The wire protocol: blocks in, blocks out. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
 
 #include "board/console.h"
+#include "core/boot_request.h"
 #include "core/command.h"
 #include "core/sched.h"
-#include "core/tables.h"
 
-enum { HEADER = 2, TRAILER = 3, INT_MAX_BYTES = 5 };
+enum { HEADER = 2, TRAILER = 3 };
 
 static struct task_wake rx_wake;
 static uint8_t next_seq = COMMAND_DEST;
@@ -17,7 +17,7 @@ static uint8_t block_in_work; /* bytes; its handlers may shut down */
 static bool is_lost;          /* looking for the end of a broken block */
 
 
-/* ---- Integers and checksum ---- */
+/* ---- Checksum ---- */
 
 static uint16_t crc16_ccitt(const uint8_t *buf, uint8_t len)
 {
@@ -30,58 +30,6 @@ static uint16_t crc16_ccitt(const uint8_t *buf, uint8_t len)
         high = (uint8_t)(x ^ (x >> 5));
     }
     return (uint16_t)((uint16_t)high << 8 | low);
-}
-
-/* The last byte's sign bits say whether the number is negative: 0x60 and up
- * continue below zero. */
-int command_get_int(const uint8_t **p, const uint8_t *end, uint32_t *value)
-{
-    const uint8_t *pos = *p;
-    uint32_t v = 0;
-    uint8_t byte, n = 0;
-
-    do {
-        if (pos >= end || n++ >= INT_MAX_BYTES)
-            return false;
-        byte = *pos++;
-        if (n == 1 && (byte & 0x60) == 0x60)
-            v = UINT32_MAX;
-        v = (v << 7) | (byte & 0x7f);
-    } while (byte & 0x80);
-    *p = pos;
-    *value = v;
-    return true;
-}
-
-uint8_t *command_put_int(uint8_t *p, uint32_t value)
-{
-    uint8_t groups[INT_MAX_BYTES], n = 0;
-    int32_t rest = (int32_t)value;
-
-    while (rest > 0x5f || rest < -0x20) {
-        groups[n++] = (uint8_t)(rest & 0x7f);
-        rest >>= 7;
-    }
-    groups[n] = (uint8_t)(rest & 0x7f);
-    while (n)
-        *p++ = (uint8_t)(groups[n--] | 0x80);
-    *p++ = groups[0];
-    return p;
-}
-
-uint8_t *command_put_bytes(uint8_t *p, uint8_t len, const uint8_t *data)
-{
-    *p++ = len;
-    memcpy(p, data, len);
-    return p + len;
-}
-
-uint8_t *command_put_rom(uint8_t *p, uint8_t len, const ROM uint8_t *data)
-{
-    *p++ = len;
-    while (len--)
-        *p++ = *data++;
-    return p;
 }
 
 
@@ -144,51 +92,13 @@ static int check_block(const uint8_t *buf, uint8_t have)
     if (buf[len - 1] != COMMAND_SYNC)
         return -1;
     crc = crc16_ccitt(buf, (uint8_t)(len - TRAILER));
-    if (buf[len - 3] != (uint8_t)(crc >> 8) || buf[len - 2] != (uint8_t)crc)
+    if (buf[len - 3] != (uint8_t)(crc >> 8) || buf[len - 2] != (uint8_t)crc) {
+#if CONFIG_HAVE_BOOTLOADER_REQUEST
+        boot_request_check(buf, len);
+#endif
         return -1;
-    return len;
-}
-
-/* Fill in one args struct; returns where the message ends. */
-static const uint8_t *parse_args(const uint8_t *p, const uint8_t *end,
-                                 const ROM struct command_entry *entry,
-                                 command_slot_t *slot)
-{
-    uint16_t buffers = entry->buffers;
-    uint8_t n = entry->n_params;
-    uint32_t value;
-
-    for (; n; n--, buffers >>= 1) {
-        if (!command_get_int(&p, end, &value))
-            shutdown("Command parser error");
-        *slot++ = value;
-        if (!(buffers & 1))
-            continue;
-        if (value > (uint32_t)(end - p))
-            shutdown("Command parser error");
-        *slot++ = (command_slot_t)(uintptr_t)p;
-        p += value;
     }
-    return p;
-}
-
-static const uint8_t *run_command(const uint8_t *p, const uint8_t *end)
-{
-    command_slot_t args[TABLES_MAX_SLOTS];
-    const ROM struct command_entry *entry;
-    uint32_t id;
-
-    if (!command_get_int(&p, end, &id))
-        shutdown("Command parser error");
-    if (id >= tables_command_count || !tables_commands[id].handler)
-        shutdown("Invalid command");
-    entry = &tables_commands[id];
-    p = parse_args(p, end, entry, args);
-    if (sched_is_shutdown() && !(entry->flags & COMMAND_IN_SHUTDOWN))
-        sched_report_shutdown();
-    else
-        entry->handler(args);
-    return p;
+    return len;
 }
 
 static void finish_block(void)
@@ -207,7 +117,7 @@ static void run_block(const uint8_t *block, uint8_t len)
         next_seq = (uint8_t)(((next_seq + 1) & COMMAND_SEQ_MASK)
                              | COMMAND_DEST);
         while (p < end)
-            p = run_command(p, end);
+            p = command_run(p, end);
     }
     finish_block();
 }

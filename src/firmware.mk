@@ -27,8 +27,10 @@ defconfig: ## Take a ready configuration: make defconfig TARGET=atmega2560
 
 .PHONY: firmware
 firmware: ## Build the firmware into OUT (default out/)
-	@$(KCONFIG) header $(OUT)
-	+@$(FIRMWARE_MAKE) all
+	@# one build at a time in a folder: others wait, and find it done
+	+@mkdir -p $(OUT) && exec 9> $(OUT)/.build.lock \
+	  && { ! command -v flock >/dev/null || flock 9; } \
+	  && $(KCONFIG) header $(OUT) && $(FIRMWARE_MAKE) all
 
 .PHONY: flash
 flash: ## Build, then program the board (FLASH_DEVICE=/dev/ttyUSB0 if there are more)

@@ -5,6 +5,7 @@
 
 #include "board/irq.h"
 #include "board/timer.h"
+#include "core/load.h"
 #include "core/sched.h"
 #include "core/tables.h"
 
@@ -12,10 +13,15 @@
 #define SENTINEL_LEAD (UINT32_C(1) << 28)
 
 DECL_CONSTANT("CLOCK_FREQ", CONFIG_CLOCK_FREQ);
-DECL_CONSTANT("STATS_SUMSQ_BASE", SCHED_SUMSQ_BASE);
 
 
 /* ---- Timers ---- */
+
+#if CONFIG_HAVE_SLOW_EVENTS
+/* These are for steps; the others are in core/slow_events.c. */
+#define sched_add_timer sched_add_step
+#define sched_del_timer sched_del_step
+#endif
 
 /* It only gives an empty list a time to wake at. */
 static bool sentinel_event(struct timer *timer)
@@ -84,12 +90,14 @@ static void unlink_timer(const struct timer *timer)
         sched_sentinel.waketime = timer_read_clock() + SENTINEL_LEAD;
 }
 
+#if !CONFIG_HAVE_SLOW_EVENTS
 void sched_move_timer(struct timer *timer, uint32_t waketime)
 {
     unlink_timer(timer);
     timer->waketime = waketime;
     insert_timer(timer);
 }
+#endif
 
 void sched_del_timer(struct timer *timer)
 {
@@ -145,13 +153,13 @@ static void reset_timers(void)
     sched_sentinel.waketime = timer_read_clock() + SENTINEL_LEAD;
     sched_first = &sched_sentinel;
     timer_kick(sched_sentinel.waketime);
+    sched_reset_slow();
 }
 
 
 /* ---- Tasks ---- */
 
 static volatile uint8_t has_work;
-static struct sched_stats stats;
 
 void sched_wake(struct task_wake *wake)
 {
@@ -167,34 +175,12 @@ bool sched_take(struct task_wake *wake)
     return true;
 }
 
-void sched_take_stats(struct sched_stats *taken)
-{
-    *taken = stats;
-    stats = (struct sched_stats){ 0 };
-}
-
-static void note_busy(uint32_t ticks)
-{
-    uint32_t square;
-
-    if (ticks <= 0xffff)
-        square = (ticks * ticks + SCHED_SUMSQ_BASE - 1) / SCHED_SUMSQ_BASE;
-    else if (ticks <= 0xfffff)
-        square = (ticks / SCHED_SUMSQ_BASE) * ticks;
-    else
-        square = UINT32_MAX;
-    stats.count++;
-    stats.sum += ticks;
-    square += stats.sumsq;
-    stats.sumsq = square < stats.sumsq ? UINT32_MAX : square;
-}
-
 /* Sleep while no task has anything to do.  Returns the clock at waking.  A task
  * that is woken once the flag is clear runs in the next pass. */
 static uint32_t sleep_idle(uint32_t busy_since)
 {
     if (!has_work) {
-        note_busy(timer_read_clock() - busy_since);
+        load_note(timer_read_clock() - busy_since);
         irq_disable();
         while (!has_work)
             irq_wait();

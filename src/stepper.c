@@ -43,18 +43,19 @@ struct run {
 struct stepper {
     struct timer timer;
     uint32_t interval;
-    int16_t add;
-    uint16_t count;       /* steps left of the current run; 0: idle */
+    stepper_add_t add;
+    stepper_count_t count; /* steps left of the current run; 0: idle */
     struct gpio_out step_pin;
     uint8_t dir;          /* level of the direction pin */
-    bool is_high;         /* phased: within a pulse */
+    struct run *first;
+    struct gpio_out dir_pin;
+    struct run *last;
+    bool is_high;         /* within a pulse, after the event that began it */
     bool needs_reset;     /* stopped: ignore runs until reset_step_clock */
     uint8_t next_dir;     /* of runs still to be queued */
-    struct run *first, *last;
     uint32_t step_clock;  /* phased: time of the next step */
     uint32_t pulse_ticks;
     uint32_t end_position; /* after all runs, in steps */
-    struct gpio_out dir_pin;
     uint8_t idle_level;   /* of the step pin between pulses */
     bool is_edge;         /* steps on both edges */
     bool is_inline;
@@ -66,9 +67,6 @@ static const ROM struct oid_kind stepper_kind = { sizeof(struct stepper) };
 
 /* ---- Timer events ---- */
 
-#if CONFIG_HAVE_STEP_PULSE_INLINE
-static bool inline_event(struct timer *timer);
-#endif
 #if CONFIG_HAVE_SHORT_STEPS
 
 /* RUN_SHORT if it applies, from the command. */
@@ -108,9 +106,9 @@ static __attribute__((noinline)) bool next_run(struct stepper *s,
 #if CONFIG_HAVE_SHORT_STEPS
     if (s->is_inline)
         s->timer.event = run->dir & RUN_SHORT ? stepper_short_event
-                                               : inline_event;
+                                               : stepper_inline_event;
 #endif
-    movecell_give_irq(run);
+    movecell_give(run);
     return true;
 }
 
@@ -127,7 +125,19 @@ static inline bool advance(struct stepper *s, uint32_t *clock)
     return true;
 }
 
-static bool edge_event(struct timer *timer)
+#if CONFIG_HAVE_EDGE_STEPS
+_Static_assert(offsetof(struct stepper, interval)
+                   == offsetof(struct stepper_head, interval)
+               && offsetof(struct stepper, add)
+                   == offsetof(struct stepper_head, add)
+               && offsetof(struct stepper, count)
+                   == offsetof(struct stepper_head, count)
+               && offsetof(struct stepper, step_pin)
+                   == offsetof(struct stepper_head, step_pin),
+               "the timer interrupt knows these");
+#endif
+
+bool stepper_edge_event(struct timer *timer)
 {
     struct stepper *s = CONTAINER_OF(timer, struct stepper, timer);
 
@@ -136,7 +146,7 @@ static bool edge_event(struct timer *timer)
 }
 
 #if CONFIG_HAVE_STEP_PULSE_INLINE
-static bool inline_event(struct timer *timer)
+bool stepper_inline_event(struct timer *timer)
 {
     struct stepper *s = CONTAINER_OF(timer, struct stepper, timer);
     bool again;
@@ -163,43 +173,55 @@ static inline void advance_short(struct stepper *s, uint16_t interval,
     *(half_t *)&s->interval = (uint16_t)(interval + (uint16_t)add);
 }
 
-/* The last step of a run: most often another one in the same direction
- * follows.  Out of line, as next_run(). */
-static __attribute__((noinline)) bool end_short_run(struct stepper *s)
-{
-    struct run *run = s->first;
-    bool again = TIMER_AGAIN;
-
-    if (run && run->dir == (s->dir | RUN_SHORT)) {
-        s->first = run->next;
-        s->count = run->count;
-        s->add = run->add;
-        advance_short(s, *(half_t *)&run->interval, run->add);
-        movecell_give_irq(run);
-    } else {
-        again = next_run(s, &s->timer.waketime);
-    }
-    gpio_toggle_irq(s->step_pin);
-    return again;
-}
-
 _Static_assert(offsetof(struct stepper, interval) == STEPPER_AT_INTERVAL
                && offsetof(struct stepper, add) == STEPPER_AT_ADD
                && offsetof(struct stepper, count) == STEPPER_AT_COUNT
-               && offsetof(struct stepper, step_pin) == STEPPER_AT_PORT,
+               && offsetof(struct stepper, step_pin) == STEPPER_AT_PORT
+               && offsetof(struct stepper, dir) == STEPPER_AT_DIR
+               && offsetof(struct stepper, first) == STEPPER_AT_RUNS
+               && offsetof(struct stepper, dir_pin) == STEPPER_AT_DIR_PORT
+               && offsetof(struct stepper, is_high) == STEPPER_AT_HIGH
+               && offsetof(struct run, interval) == RUN_AT_INTERVAL
+               && offsetof(struct run, add) == RUN_AT_ADD
+               && offsetof(struct run, count) == RUN_AT_COUNT
+               && offsetof(struct run, dir) == RUN_AT_DIR && RUN_SHORT == 2,
                "the timer interrupt knows these");
 
 bool stepper_short_event(struct timer *timer)
 {
     struct stepper *s = CONTAINER_OF(timer, struct stepper, timer);
     struct gpio_out pin = s->step_pin;
+    bool again = TIMER_AGAIN;
 
     gpio_toggle_irq(pin);
-    if (!--s->count)
-        return end_short_run(s);
-    advance_short(s, *(half_t *)&s->interval, s->add);
+    if (--s->count)
+        advance_short(s, *(half_t *)&s->interval, s->add);
+    else
+        again = next_run(s, &timer->waketime);
     gpio_toggle_irq(pin);
-    return TIMER_AGAIN;
+    return again;
+}
+
+static bool end_pulse(struct timer *timer, bool (*event)(struct timer *timer))
+{
+    struct stepper *s = CONTAINER_OF(timer, struct stepper, timer);
+    bool again;
+
+    s->is_high = false;
+    timer->event = event;
+    again = advance(s, &timer->waketime);
+    gpio_toggle_irq(s->step_pin);
+    return again;
+}
+
+bool stepper_short_pulsed(struct timer *timer)
+{
+    return end_pulse(timer, stepper_short_event);
+}
+
+bool stepper_inline_pulsed(struct timer *timer)
+{
+    return end_pulse(timer, stepper_inline_event);
 }
 #endif
 
@@ -238,7 +260,8 @@ static bool phased_event(struct timer *timer)
 
 /* ---- Starting and stopping ---- */
 
-/* Irqs off, idle, a run is queued: start with its first step. */
+/* Idle, a run is queued: start with its first step.  Nothing else may touch the
+ * motor meanwhile. */
 static void start(struct stepper *s)
 {
     uint32_t *clock = s->pulse_ticks ? &s->step_clock : &s->timer.waketime;
@@ -246,7 +269,19 @@ static void start(struct stepper *s)
     s->count = 1;
     advance(s, clock);
     s->timer.waketime = *clock;
-    sched_add_timer(&s->timer);
+    sched_add_step(&s->timer);
+}
+
+/* Irqs off, and on behind it if steps interrupt other events: nothing else
+ * touches an idle motor then, so other motors need not wait. */
+static void start_unlocked(struct stepper *s)
+{
+    irq_flag_t flag = sched_lock_events();
+
+    if (CONFIG_HAVE_SLOW_EVENTS)
+        irq_enable();
+    start(s);
+    sched_unlock_events(flag);
 }
 
 static void drop_runs(struct stepper *s)
@@ -267,7 +302,7 @@ static inline uint32_t go_back(uint32_t position, bool dir, uint32_t count)
 static uint32_t get_position(const struct stepper *s)
 {
     uint32_t position = s->end_position;
-    uint16_t left = s->count;
+    uint16_t left = (uint16_t)s->count;
     const struct run *run;
 
     for (run = s->first; run; run = run->next)
@@ -280,7 +315,7 @@ static uint32_t get_position(const struct stepper *s)
 /* Irqs off: no more steps; the rest of the queue is forgotten. */
 static void stop(struct stepper *s)
 {
-    sched_del_timer(&s->timer);
+    sched_del_step(&s->timer);
     s->end_position = get_position(s);
     s->count = 0;
     s->is_high = false;
@@ -321,12 +356,12 @@ static void choose_event(struct stepper *s, uint32_t pulse_ticks)
     s->timer.event = phased_event;
     s->pulse_ticks = pulse_ticks ? pulse_ticks : 1;
     if (s->is_edge && pulse_ticks <= STEPPER_EDGE_TICKS) {
-        s->timer.event = edge_event;
+        s->timer.event = stepper_edge_event;
         s->pulse_ticks = 0;
     }
 #if CONFIG_HAVE_STEP_PULSE_INLINE
     if (!s->is_edge && pulse_ticks <= STEPPER_INLINE_TICKS) {
-        s->timer.event = inline_event;
+        s->timer.event = stepper_inline_event;
         s->is_inline = true;
         s->pulse_ticks = 0;
     }
@@ -382,7 +417,7 @@ void command_queue_step(const struct args_queue_step *args)
             s->first = run;
         s->last = run;
         if (!s->count)
-            start(s);
+            start_unlocked(s);
     }
     irq_enable();
 }

@@ -40,7 +40,21 @@ struct scb_regs {
 #define SCB_CCSIDR (*(volatile uint32_t *)0xe000ed80)
 #define SCB_CSSELR (*(volatile uint32_t *)0xe000ed84)
 #define SCB_ICIALLU (*(volatile uint32_t *)0xe000ef50)
+#define SCB_DCIMVAC (*(volatile uint32_t *)0xe000ef5c)
 #define SCB_DCISW (*(volatile uint32_t *)0xe000ef60)
+
+/* B3.5 memory protection unit */
+struct mpu_regs {
+    volatile uint32_t TYPE, CTRL, RNR, RBAR, RASR;
+};
+#define MPU ((struct mpu_regs *)0xe000ed90)
+#define MPU_CTRL_ENABLE 1u
+#define MPU_CTRL_DEFAULT_MAP 4u     /* of what is in no region */
+#define MPU_RASR_ENABLE 1u
+#define MPU_RASR_SIZE(LOG2) (((LOG2) - 1u) << 1)
+#define MPU_RASR_UNCACHED (1u << 19 | 1u << 18) /* normal memory, shared */
+#define MPU_RASR_FULL_ACCESS (3u << 24)
+#define MPU_RASR_NO_CODE (1u << 28)
 
 /* C1.6.5 debug exception and monitor control */
 #define DEMCR (*(volatile uint32_t *)0xe000edfc)

@@ -25,6 +25,9 @@ struct rcc_regs {
 #define RCC_CFGR_PLLMUL(N) (((N) - 2u) << 18)
 #define RCC_CFGR2_PREDIV(N) ((N) - 1u)
 #define RCC_CFGR3_I2C1_SYSCLK (1u << 4)
+#define RCC_CFGR3_USB_PLL (1u << 7)
+#define RCC_CR2_HSI48ON (1u << 16)
+#define RCC_CR2_HSI48RDY (1u << 17)
 #define RCC_GATE_AHB(BIT) STM32_GATE(0x14, BIT)
 #define RCC_GATE_APB2(BIT) STM32_GATE(0x18, BIT)
 #define RCC_GATE_APB1(BIT) STM32_GATE(0x1c, BIT)
@@ -34,6 +37,7 @@ struct rcc_regs {
 
 #define SYSCFG_CFGR1 (*(volatile uint32_t *)0x40010000)
 #define SYSCFG_CFGR1_MEM_RAM 3u
+#define SYSCFG_CFGR1_MEM_SYSTEM 1u
 #define SYSCFG_CFGR1_PA11_PA12 (1u << 4)
 #define SYSCFG_GATE RCC_GATE_APB2(0)
 
@@ -77,5 +81,17 @@ struct rcc_regs {
 #define TIM17_GATE RCC_GATE_APB2(18)
 
 #define IWDG_BASE 0x40003000
+
+#define USB_BASE 0x40005c00
+#define USB_GATE RCC_GATE_APB1(23)
+#define USB_IRQ 31
+#define USB_PMA 0x40006000
+#define CRS_BASE 0x40006c00
+#define CRS_GATE RCC_GATE_APB1(27)
+#define CAN_BASE 0x40006400
+#define CAN_GATE RCC_GATE_APB1(25)
+#define CEC_CAN_IRQ 30
+
+#define UID_ADDR 0x1ffff7ac
 
 #endif

@@ -77,4 +77,26 @@ struct rcc_regs {
 
 #define IWDG_BASE 0x40003000
 
+#define USB_BASE 0x40005c00
+#define USB_GATE RCC_GATE_APB1(23)
+#define USB_IRQ 20                  /* of low priority */
+#define USB_PMA 0x40006000
+#define CAN1_BASE 0x40006400
+#define CAN1_GATE RCC_GATE_APB1(25)
+#define CAN1_TX_IRQ 19
+#define CAN1_RX0_IRQ 20
+#define CAN1_SCE_IRQ 22
+#define AFIO_MAPR_CAN_PB8 (2u << 13)
+#define AFIO_MAPR_CAN_PD0 (3u << 13)
+#define AFIO_MAPR_CAN (3u << 13)
+
+#define PWR_CR (*(volatile uint32_t *)0x40007000)
+#define PWR_CR_DBP (1u << 8)
+#define PWR_GATE RCC_GATE_APB1(28)
+#define BKP_GATE RCC_GATE_APB1(27)
+/* Backup register N, of 1 to 10: RM0008, 6.4 */
+#define BKP_DR(N) (*(volatile uint32_t *)(0x40006c00 + 4 * (N)))
+
+#define UID_ADDR 0x1ffff7e8
+
 #endif

@@ -32,6 +32,15 @@ struct rcc_regs {
 #define RCC_CFGR_PPRE1_2 (4u << 10)
 #define RCC_CFGR_PPRE1_4 (5u << 10)
 #define RCC_CFGR_PPRE2_2 (4u << 13)
+#define RCC_CR_PLLSAION (1u << 28)      /* F446, F76x */
+#define RCC_CR_PLLSAIRDY (1u << 29)
+#define RCC_PLLSAICFGR (*(volatile uint32_t *)(RCC_BASE + 0x88))
+#define RCC_PLLSAICFGR_M(M) (M)         /* F446 */
+#define RCC_PLLSAICFGR_N(N) ((N) << 6)
+#define RCC_PLLSAICFGR_P(P) (((P) / 2u - 1u) << 16)
+#define RCC_DCKCFGR2 (*(volatile uint32_t *)(RCC_BASE + 0x94))
+#define RCC_DCKCFGR2_CK48_SAI (1u << 27)
+#define RCC_GATE_AHB2(BIT) STM32_GATE(0x34, BIT)
 #define RCC_GATE_AHB1(BIT) STM32_GATE(0x30, BIT)
 #define RCC_GATE_APB1(BIT) STM32_GATE(0x40, BIT)
 #define RCC_GATE_APB2(BIT) STM32_GATE(0x44, BIT)
@@ -84,6 +93,8 @@ struct pwr_regs {
 #define SPI3_BASE 0x40003c00
 #define SPI3_GATE RCC_GATE_APB1(15)
 #define SPI4_BASE 0x40013400
+#define SDIO_BASE 0x40012c00
+#define SDIO_GATE RCC_GATE_APB2(11)
 #define SPI4_GATE RCC_GATE_APB2(13)
 #define SPI5_BASE 0x40015000
 #define SPI5_GATE RCC_GATE_APB2(20)
@@ -132,5 +143,29 @@ struct pwr_regs {
 #define TIM14_GATE RCC_GATE_APB1(8)
 
 #define IWDG_BASE 0x40003000
+
+#define OTG_FS_BASE 0x50000000
+#define OTG_FS_GATE RCC_GATE_AHB2(7)
+#define OTG_FS_IRQ 67
+#define CAN1_BASE 0x40006400
+#define CAN1_GATE RCC_GATE_APB1(25)
+#define CAN1_TX_IRQ 19
+#define CAN1_RX0_IRQ 20
+#define CAN1_SCE_IRQ 22
+#define CAN2_BASE 0x40006800
+#define CAN2_GATE RCC_GATE_APB1(26)
+#define CAN2_TX_IRQ 63
+#define CAN2_RX0_IRQ 64
+#define CAN2_SCE_IRQ 66
+
+#define PWR_CR_DBP (1u << 8)
+/* Backup register N, from 0: RM0090, 26.6 */
+#define RTC_BKP(N) (*(volatile uint32_t *)(0x40002850 + 4 * (N)))
+
+#if CONFIG_MACH_STM32F7
+#define UID_ADDR 0x1ff0f420
+#else
+#define UID_ADDR 0x1fff7a10
+#endif
 
 #endif

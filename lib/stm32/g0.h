@@ -27,6 +27,8 @@ struct rcc_regs {
 #define RCC_PLLCFGR_M(M) (((M) - 1u) << 4)
 #define RCC_PLLCFGR_N(N) ((N) << 8)
 #define RCC_PLLCFGR_R(R) (1u << 28 | ((R) - 1u) << 29)
+#define RCC_CR_HSI48ON (1u << 22)       /* G0B1 */
+#define RCC_CR_HSI48RDY (1u << 23)
 #define RCC_GATE_IOP(BIT) STM32_GATE(0x34, BIT)
 #define RCC_GATE_APB1(BIT) STM32_GATE(0x3c, BIT)
 #define RCC_GATE_APB2(BIT) STM32_GATE(0x40, BIT)
@@ -52,6 +54,12 @@ struct rcc_regs {
 #define USART3_BASE 0x40004800
 #define USART3_GATE RCC_GATE_APB1(18)
 #define USART3_IRQ 29
+
+#if CONFIG_MACH_STM32G0B1
+#define USART5_BASE 0x40005000
+#define USART5_GATE RCC_GATE_APB1(8)
+#define USART5_IRQ 29               /* with all from the third on */
+#endif
 
 #define SPI1_BASE 0x40013000
 #define SPI1_GATE RCC_GATE_APB2(12)
@@ -87,5 +95,25 @@ struct rcc_regs {
 #define TIM17_GATE RCC_GATE_APB2(18)
 
 #define IWDG_BASE 0x40003000
+
+#if CONFIG_MACH_STM32G0B1
+#define USB_BASE 0x40005c00
+#define USB_GATE RCC_GATE_APB1(13)
+#define USB_IRQ 8
+#define USB_PMA 0x40009800
+#define CRS_BASE 0x40006c00
+#define CRS_GATE RCC_GATE_APB1(16)
+#define PWR_GATE RCC_GATE_APB1(28)
+#define PWR_CR2 (*(volatile uint32_t *)0x40007004)
+#define PWR_CR2_USV (1u << 10)          /* VDDUSB is there */
+#define FDCAN1_BASE 0x40006400
+#define FDCAN2_BASE 0x40006800
+#define FDCAN_GATE RCC_GATE_APB1(12)
+#define FDCAN1_IRQ 21
+#define FDCAN2_IRQ 21
+#define FDCAN_RAM 0x4000b400
+#endif
+
+#define UID_ADDR 0x1fff7590
 
 #endif

@@ -32,6 +32,13 @@ struct rcc_regs {
 #define RCC_PLLCFGR_M(M) (((M) - 1u) << 4)
 #define RCC_PLLCFGR_N(N) ((N) << 8)
 #define RCC_PLLCFGR_R2 (1u << 24)   /* enabled, divided by two */
+#define RCC_CCIPR (*(volatile uint32_t *)(RCC_BASE + 0x88))
+#define RCC_CCIPR_CLK48 (3u << 26)      /* 0: the oscillator of 48 MHz */
+#define RCC_CCIPR_FDCAN (3u << 24)      /* G4 */
+#define RCC_CCIPR_FDCAN_PCLK (2u << 24)
+#define RCC_CRRCR (*(volatile uint32_t *)(RCC_BASE + 0x98))
+#define RCC_CRRCR_HSI48ON (1u << 0)
+#define RCC_CRRCR_HSI48RDY (1u << 1)
 #define RCC_GATE_AHB2(BIT) STM32_GATE(0x4c, BIT)
 #define RCC_GATE_APB1(BIT) STM32_GATE(0x58, BIT)
 #define RCC_GATE_APB2(BIT) STM32_GATE(0x60, BIT)
@@ -103,5 +110,31 @@ struct rcc_regs {
 #define TIM17_GATE RCC_GATE_APB2(18)
 
 #define IWDG_BASE 0x40003000
+
+#if CONFIG_MACH_STM32L4
+#define USB_BASE 0x40006800
+#define USB_GATE RCC_GATE_APB1(26)
+#define USB_IRQ 67
+#define USB_PMA 0x40006c00
+#define CRS_BASE 0x40006000
+#define CRS_GATE RCC_GATE_APB1(24)
+#define PWR_CR2 (*(volatile uint32_t *)0x40007004)
+#define PWR_CR2_USV (1u << 10)          /* VDDUSB is there */
+#else
+#define USB_BASE 0x40005c00
+#define USB_GATE RCC_GATE_APB1(23)
+#define USB_IRQ 20                      /* of low priority */
+#define USB_PMA 0x40006000
+#define CRS_BASE 0x40002000
+#define CRS_GATE RCC_GATE_APB1(8)
+#define FDCAN1_BASE 0x40006400
+#define FDCAN2_BASE 0x40006800
+#define FDCAN_GATE RCC_GATE_APB1(25)
+#define FDCAN1_IRQ 21
+#define FDCAN2_IRQ 86
+#define FDCAN_RAM 0x4000a400
+#endif
+
+#define UID_ADDR 0x1fff7590
 
 #endif

@@ -39,6 +39,17 @@ struct rcc_regs {
 #define RCC_PLL1DIVR_N(N) ((N) - 1u)
 #define RCC_PLL1DIVR_P(P) (((P) - 1u) << 9)
 #define RCC_D3CCIPR_ADC_PER (2u << 16)
+#define RCC_CR_HSI48ON (1u << 12)
+#define RCC_CR_HSI48RDY (1u << 13)
+#define RCC_PLLCFGR_Q_ON (1u << 17)
+#define RCC_PLL1DIVR_Q(Q) (((Q) - 1u) << 16)
+#define RCC_AHB1LPENR (*(volatile uint32_t *)(RCC_BASE + 0x100))
+#define RCC_AHB1LPENR_ULPI (1u << 26 | 1u << 28)
+#define RCC_D2CCIP2R_USB (3u << 20)
+#define RCC_D2CCIP2R_USB_HSI48 (3u << 20)
+#define RCC_D2CCIP1R_FDCAN (3u << 28)
+#define RCC_D2CCIP1R_FDCAN_PLL1Q (1u << 28)
+#define RCC_GATE_APB1H(BIT) STM32_GATE(0xec, BIT)
 #define RCC_GATE_AHB1(BIT) STM32_GATE(0xd8, BIT)
 #define RCC_GATE_AHB4(BIT) STM32_GATE(0xe0, BIT)
 #define RCC_GATE_APB1(BIT) STM32_GATE(0xe8, BIT)
@@ -53,6 +64,8 @@ struct pwr_regs {
 #define PWR_CSR1_ACTVOSRDY (1u << 13)
 #define PWR_CR3_LDOEN (1u << 1)
 #define PWR_CR3_BYPASS (1u << 0)
+#define PWR_CR3_USB33DEN (1u << 24)
+#define PWR_CR3_USB33RDY (1u << 26)
 #define PWR_D3CR_VOS (3u << 14)
 #define PWR_D3CR_VOS_SCALE1 (3u << 14)
 #define PWR_D3CR_VOS_SCALE0 0u      /* H723 */
@@ -134,5 +147,22 @@ struct pwr_regs {
 #define TIM17_GATE RCC_GATE_APB2(18)
 
 #define IWDG_BASE 0x58004800
+
+#define OTG_HS_BASE 0x40040000
+#define OTG_HS_GATE RCC_GATE_AHB1(25)
+#define OTG_HS_IRQ 77
+#define OTG_FS_BASE 0x40080000      /* not on the H723 */
+#define OTG_FS_GATE RCC_GATE_AHB1(27)
+#define OTG_FS_IRQ 101
+#define CRS_BASE 0x40008400
+#define CRS_GATE RCC_GATE_APB1H(1)
+#define FDCAN1_BASE 0x4000a000
+#define FDCAN2_BASE 0x4000a400
+#define FDCAN_GATE RCC_GATE_APB1H(8)
+#define FDCAN1_IRQ 19
+#define FDCAN2_IRQ 20
+#define FDCAN_RAM 0x4000ac00
+
+#define UID_ADDR 0x1ff1e800
 
 #endif

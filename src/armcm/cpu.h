@@ -7,6 +7,9 @@
 #include <stdint.h>
 #include "armcm/core.h"
 
+/* Into the timer interrupt, which has values in registers (events.c). */
+#define ALWAYS_INLINE inline __attribute__((always_inline))
+
 typedef uint32_t irq_flag_t;
 
 static inline void irq_disable(void)
@@ -48,34 +51,15 @@ static inline void irq_poll(void)
 }
 
 #if CONFIG_ARMCM_CYCLE_COUNTER
-static inline uint32_t timer_read_clock(void)
+static ALWAYS_INLINE uint32_t timer_read_clock(void)
 {
     return DWT->CYCCNT;
 }
 #endif
 
-/* Through the list of timers, which begin with `next` and have `waketime` as
- * third word.  Most often the first comparison is the last. */
-#define PORT_HAS_SEEK_TIMER
-struct armcm_timer {
-    struct armcm_timer *next;
-    void *event;
-    uint32_t waketime;
-} __attribute__((may_alias));
-
-/* For a timer that comes after the second one. */
-void *armcm_seek_far(struct armcm_timer *second, uint32_t clock,
-                     const void *sentinel);
-
-static inline void *port_seek_timer(void *first, uint32_t clock,
-                                    const void *sentinel)
-{
-    struct armcm_timer *second = ((struct armcm_timer *)first)->next;
-
-    if (second == sentinel || (int32_t)(clock - second->waketime) < 0)
-        return first;
-    return armcm_seek_far(second, clock, sentinel);
-}
+/* Start: memory of 2^log2_size bytes, which begins at a multiple of that, is
+ * not cached from now on (CONFIG_ARMCM_CACHE). */
+void armcm_uncache(volatile void *begin, uint32_t log2_size);
 
 /* Interrupt `number` of the NVIC calls `handler` from now on. */
 void armcm_connect(uint32_t number, void (*handler)(void));

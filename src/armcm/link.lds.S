@@ -28,6 +28,7 @@ SECTIONS
         . = ALIGN(4);
         link_data_start = .;
         *(.data .data.*)
+        *(.ramfunc)
         . = ALIGN(4);
         link_data_end = .;
     } > ram AT > rom
@@ -44,6 +45,11 @@ SECTIONS
     link_stack_top = ORIGIN(ram) + LENGTH(ram);
     link_stack_start = link_stack_top - CONFIG_STACK_SIZE;
     ASSERT(link_bss_end <= link_stack_start, "no RAM left for the stack")
+
+#if CONFIG_WANT_MCAN
+    ASSERT(link_bss_end - ORIGIN(ram) <= 0x10000,
+           "CAN's memory is out of its reach")
+#endif
 
     /DISCARD/ : { *(.init*) *(.fini*) *(.comment) *(.ARM.attributes) }
 }

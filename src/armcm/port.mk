@@ -3,7 +3,8 @@
 
 CROSS_PREFIX := arm-none-eabi-
 armcm := src/armcm
-port-src := $(armcm)/start.c $(armcm)/memory.c $(armcm)/systick.c
+port-src := $(armcm)/start.c $(armcm)/memory.c $(armcm)/events.c
+port-src += $(if $(CONFIG_ARMCM_OWN_TIMER),,$(armcm)/systick.c)
 port-src-$(CONFIG_SERIAL) += $(armcm)/serial.c
 port-src += $(port-src-y)
 

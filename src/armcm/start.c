@@ -8,6 +8,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "armcm/boot.h"
 #include "board/irq.h"
 #include "board/mem.h"
 #include "board/reset.h"
@@ -105,6 +106,9 @@ static __attribute__((used, noreturn)) void start(void)
 {
     silence();
     board_early_init();
+#if CONFIG_ARMCM_BOOT_REQUEST
+    board_check_boot_request();
+#endif
     init_memory();
     use_ram_vectors();
     board_clock_init();
@@ -161,6 +165,7 @@ void armcm_leave_handler(void)
 }
 DECL_SHUTDOWN(armcm_leave_handler);
 
+#if !CONFIG_ARMCM_OWN_RESET
 void reset_mcu(void)
 {
     irq_disable();
@@ -169,6 +174,7 @@ void reset_mcu(void)
     for (;;)
         ;
 }
+#endif
 
 void *mem_get_arena(size_t *size)
 {

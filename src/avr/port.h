@@ -14,6 +14,7 @@
 #include "delay.h"
 
 #define ROM __flash
+#define USB_EP0_SIZE 16
 
 /* Pins are numbered through all ports, whether a chip has them or not. */
 #define PIN_NUMBER(LETTER, BIT) (((LETTER) - 'A') * 8 + (BIT))

@@ -5,7 +5,7 @@ avr := src/avr
 CROSS_PREFIX := avr-
 port-src := $(avr)/main.c $(avr)/timer.c $(avr)/gpio.c
 port-src += $(if $(CONFIG_SERIAL),$(avr)/serial.c)
-port-src += $(if $(CONFIG_USBSERIAL),$(avr)/usb.c src/generic/usb_cdc.c)
+port-src += $(if $(CONFIG_USBSERIAL),$(avr)/usb.c)
 port-src += $(if $(CONFIG_WANT_ADC),$(avr)/adc.c)
 port-src += $(if $(CONFIG_WANT_HARD_PWM),$(avr)/pwm.c)
 port-src += $(if $(CONFIG_WANT_SPI),$(avr)/spi.c)
@@ -18,6 +18,7 @@ PORT_CFLAGS += -fno-ivopts
 else
 OPT := -Os
 PORT_CFLAGS += -mcall-prologues -mstrict-X -fno-move-loop-invariants
+PORT_CFLAGS += -fno-inline-small-functions -fno-gcse -fno-tree-pre
 endif
 ifeq ($(CONFIG_HAVE_LIMITED_CODE_SIZE),y)
 PORT_CFLAGS += -mrelax -fno-split-wide-types -fno-tree-scev-cprop

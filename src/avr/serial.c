@@ -5,6 +5,7 @@
 #include "board/console.h"
 #include "board/irq.h"
 #include "core/sched.h"
+#include "serial.h"
 
 #define RX_SIZE 192
 #define TX_SIZE (CONFIG_RAM_SIZE < 2048 ? 72 : 160)
@@ -25,9 +26,6 @@ DECL_CONSTANT_STR("RESERVE_PINS_serial", "PH0,PH1");
 DECL_CONSTANT_STR("RESERVE_PINS_serial", "PJ0,PJ1");
 #endif
 
-#define JOIN_(A, B, C) A##B##C
-#define JOIN(A, B, C) JOIN_(A, B, C)
-#define REG(A, B) JOIN(A, CONFIG_SERIAL_PORT, B)
 /* A chip with one usart names the vectors without a number. */
 #if CONFIG_AVR_X8
 #define VECTOR(NAME) USART##NAME
@@ -38,7 +36,7 @@ DECL_CONSTANT_STR("RESERVE_PINS_serial", "PJ0,PJ1");
 static uint8_t rx_buf[RX_SIZE], tx_buf[TX_SIZE];
 static volatile uint8_t rx_len, tx_first, tx_end;
 
-ISR(VECTOR(_RX_vect))
+static inline void take_byte(void)
 {
     uint8_t data = REG(UDR, ), len = rx_len;
 
@@ -48,6 +46,18 @@ ISR(VECTOR(_RX_vect))
     }
     if (data == 0x7e)
         console_note_rx();
+}
+
+ISR(VECTOR(_RX_vect))
+{
+    take_byte();
+}
+
+/* The chip holds no more than three bytes, which come within 120 us. */
+void serial_poll(void)
+{
+    while (REG(UCSR, A) & (1 << REG(RXC, )))
+        take_byte();
 }
 
 ISR(VECTOR(_UDRE_vect))

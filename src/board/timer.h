@@ -26,7 +26,18 @@ void timer_kick(uint32_t clock);
  * After a long burst (about 100 us) it lets tasks run for a moment; if `next` is
  * then more than about 1 ms in the past it calls sched_shutdown_late(). */
 
+/* With HAVE_SLOW_EVENTS that is for steps only; all other events run in a second
+ * timer interrupt that the first and those of the console may interrupt.
+ * Any context: that interrupt does not come until it is unlocked; returns whether
+ * it was locked before.  Unlocking tells when it is to come, at the latest. */
+bool timer_lock_slow(void);
+void timer_unlock_slow(uint32_t clock);
+
 /* --- The core provides --- */
+
+/* Second interrupt, locked, irqs on: run what is due; then when the next is. */
+void sched_run_slow(void);
+uint32_t sched_slow_clock(void);
 
 /* Irq, irqs off: run the earliest timer; returns the clock of the next. */
 uint32_t sched_run_timer(void);

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Contract: a USB device controller, on which src/generic/usb_cdc.c is a
- * serial port.
+ * serial port and src/generic/usb_gs.c a CAN adapter (src/Makefile adds them).
+ *
+ * The port's interrupt may mask itself and call usb_note(); the task then asks
+ * all functions below and ends with usb_wait_for(), which unmasks.
  */
 #ifndef BOARD_USB_H
 #define BOARD_USB_H
@@ -9,9 +12,23 @@
 #include <stdint.h>
 #include "port.h"
 
-/* Endpoints, and the most bytes of a packet of each. */
-enum { USB_EP_NOTIFY = 1, USB_EP_OUT = 2, USB_EP_IN = 3 };
-enum { USB_EP0_SIZE = 16, USB_NOTIFY_SIZE = 8, USB_BULK_SIZE = 64 };
+/* Endpoints, and the most bytes of a packet of each.  A CAN adapter has no
+ * USB_EP_NOTIFY; its numbers are those that drivers expect.  A port whose
+ * endpoint 3 cannot be it says so in its port.h. */
+#ifndef USB_EP_IN_NUMBER
+#define USB_EP_IN_NUMBER 3
+#endif
+#if CONFIG_USBCANBUS
+enum { USB_EP_IN = 1, USB_EP_OUT = 2, USB_EP_COUNT = 3 };
+#else
+enum { USB_EP_NOTIFY = 1, USB_EP_OUT = 2, USB_EP_IN = USB_EP_IN_NUMBER,
+       USB_EP_COUNT = 4 };
+#endif
+/* A port whose endpoint 0 is smaller says so in its port.h. */
+#ifndef USB_EP0_SIZE
+#define USB_EP0_SIZE 64
+#endif
+enum { USB_NOTIFY_SIZE = 8, USB_BULK_SIZE = 64 };
 
 struct usb_setup {
     uint8_t type, request;
@@ -27,7 +44,7 @@ bool usb_take_setup(struct usb_setup *setup);
 /* Next packet of a control transfer to the host; false: not yet. */
 bool usb_ep0_send(const uint8_t *data, uint8_t len);
 
-/* Next packet of a control transfer from the host: its length, -1 without. */
+/* The packet of a control transfer from the host: its length, -1 without. */
 int8_t usb_ep0_receive(uint8_t *data, uint8_t max);
 
 /* Refuse the request. */

@@ -8,15 +8,16 @@
 #include "core/arena.h"
 #include "core/sched.h"
 
+#define CELL_COUNT_MAX 0x7fff
 #define ALIGN_UP(X) (((X) + sizeof(void *) - 1) & ~(sizeof(void *) - 1))
 
 /* A free cell holds the link to the next one. */
-struct cell {
-    struct cell *next;
+struct movecell {
+    struct movecell *next;
 };
 
 static uint8_t *arena_pos, *arena_end;
-static struct cell *free_cells;
+struct movecell *movecell_free;
 static uint16_t cell_size, cell_count;
 
 void *arena_alloc(uint16_t size)
@@ -42,21 +43,21 @@ void movecell_request(uint16_t size)
 void *movecell_take(void)
 {
     irq_flag_t flag = irq_save();
-    struct cell *cell = free_cells;
+    struct movecell *cell = movecell_free;
 
     if (!cell)
         shutdown("Move queue overflow");
-    free_cells = cell->next;
+    movecell_free = cell->next;
     irq_restore(flag);
     return cell;
 }
 
 void movecell_give_irq(void *data)
 {
-    struct cell *cell = data;
+    struct movecell *cell = data;
 
-    cell->next = free_cells;
-    free_cells = cell;
+    cell->next = movecell_free;
+    movecell_free = cell;
 }
 
 void movecell_give(void *data)
@@ -72,32 +73,30 @@ uint16_t movecell_count(void)
     return cell_count;
 }
 
-/* Chain all cells, the first at the lowest address. */
+/* Chain as many cells as there is room for, the first at the lowest address. */
 static void link_cells(void)
 {
-    uint8_t *pos = arena_pos + (size_t)cell_size * cell_count;
+    struct movecell **link = &movecell_free;
+    uint8_t *pos = arena_pos;
 
-    free_cells = NULL;
-    while (pos > arena_pos) {
-        struct cell *cell;
-        pos -= cell_size;
-        cell = (struct cell *)(void *)pos;
-        cell->next = free_cells;
-        free_cells = cell;
+    cell_count = 0;
+    while ((size_t)(arena_end - pos) >= cell_size
+           && cell_count < CELL_COUNT_MAX) {
+        *link = (struct movecell *)(void *)pos;
+        link = &(*link)->next;
+        pos += cell_size;
+        cell_count++;
     }
+    *link = NULL;
 }
 
 void arena_finalize(void)
 {
-    size_t count;
-
-    if (cell_size < sizeof(struct cell))
-        cell_size = sizeof(struct cell);
-    count = (size_t)(arena_end - arena_pos) / cell_size;
-    if (!count)
-        shutdown("alloc_chunks failed");
-    cell_count = count > 0x7fff ? 0x7fff : (uint16_t)count;
+    if (cell_size < sizeof(struct movecell))
+        cell_size = sizeof(struct movecell);
     link_cells();
+    if (!cell_count)
+        shutdown("alloc_chunks failed");
 }
 
 void arena_reset(void)
@@ -106,7 +105,7 @@ void arena_reset(void)
 
     arena_pos = mem_get_arena(&size);
     arena_end = arena_pos + size;
-    free_cells = NULL;
+    movecell_free = NULL;
     cell_size = cell_count = 0;
 }
 DECL_INIT(arena_reset);

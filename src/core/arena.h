@@ -21,6 +21,10 @@ void *movecell_take(void);
 void movecell_give(void *cell);
 void movecell_give_irq(void *cell); /* irqs off */
 
+/* For ports whose timer interrupt gives cells back itself: the first of those
+ * that are free, which begins with a pointer to the next. */
+extern struct movecell *movecell_free;
+
 /* Task: turn the rest into cells; or into an empty arena again. */
 void arena_finalize(void);
 void arena_reset(void);

@@ -5,6 +5,7 @@
 #include "board/reset.h"
 #include "board/timer.h"
 #include "core/command.h"
+#include "core/load.h"
 #include "core/sched.h"
 #include "core/tables.h"
 
@@ -78,12 +79,12 @@ static bool stats_event(struct timer *timer)
 
 void stats_task(void)
 {
-    struct sched_stats load;
+    struct load_stats load;
 
     if (!sched_take(&stats_wake))
         return;
     note_clock();
-    sched_take_stats(&load);
+    load_take(&load);
     sendf("stats count=%u sum=%u sumsq=%u", load.count, load.sum,
           load.sumsq);
 }

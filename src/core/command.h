@@ -2,7 +2,8 @@
  * The wire protocol: blocks in, messages out.
  *
  * Generated senders use command_begin(), command_put_*() and command_end();
- * other code writes sendf().
+ * other code writes sendf().  Blocks are the matter of command.c, messages that
+ * of core/message.c, who gets them that of core/dispatch.c.
  */
 #ifndef CORE_COMMAND_H
 #define CORE_COMMAND_H
@@ -40,5 +41,15 @@ void command_end(uint8_t *start, uint8_t *end);
 
 /* Read an integer from [*p, end); false if it is cut short or too long. */
 int command_get_int(const uint8_t **p, const uint8_t *end, uint32_t *value);
+
+/* Fill in one args struct; returns where the message ends.  A message that ends
+ * too early is a shutdown. */
+struct command_entry;
+const uint8_t *command_parse_args(const uint8_t *p, const uint8_t *end,
+                                  const ROM struct command_entry *entry,
+                                  command_slot_t *slot);
+
+/* Run the message at p; returns where it ends. */
+const uint8_t *command_run(const uint8_t *p, const uint8_t *end);
 
 #endif

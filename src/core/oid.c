@@ -40,10 +40,12 @@ void *oid_lookup(uint8_t oid, const ROM struct oid_kind *kind)
 
 void *oid_next(int16_t *oid, const ROM struct oid_kind *kind)
 {
-    while (++*oid < oid_count)
-        if (oid_table[*oid].kind == kind)
-            return oid_table[*oid].object;
-    return NULL;
+    uint16_t i = (uint16_t)(*oid + 1);
+
+    while (i < oid_count && oid_table[i].kind != kind)
+        i++;
+    *oid = (int16_t)i;
+    return i < oid_count ? oid_table[i].object : NULL;
 }
 
 void command_allocate_oids(const struct args_allocate_oids *args)

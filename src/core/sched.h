@@ -10,6 +10,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include "board/irq.h"
 #include "core/decl.h"
 
 /* The object that a member belongs to. */
@@ -35,6 +36,43 @@ void sched_add_timer(struct timer *timer);
 /* Any context; no matter whether the timer waits. */
 void sched_del_timer(struct timer *timer);
 
+/* The same for events that make steps, if other events give way to those: with
+ * HAVE_SLOW_EVENTS all others run with irqs on, one after the other. */
+#if CONFIG_HAVE_SLOW_EVENTS
+void sched_add_step(struct timer *timer);
+void sched_del_step(struct timer *timer);
+/* Shutdown, irqs off: forget the others. */
+void sched_reset_slow(void);
+
+/* Task, or irqs off: no events but steps may come until it is unlocked. */
+irq_flag_t sched_lock_events(void);
+void sched_unlock_events(irq_flag_t flag);
+#else
+static inline void sched_add_step(struct timer *timer)
+{
+    sched_add_timer(timer);
+}
+
+static inline void sched_del_step(struct timer *timer)
+{
+    sched_del_timer(timer);
+}
+
+static inline void sched_reset_slow(void)
+{
+}
+
+static inline irq_flag_t sched_lock_events(void)
+{
+    return irq_save();
+}
+
+static inline void sched_unlock_events(irq_flag_t flag)
+{
+    irq_restore(flag);
+}
+#endif
+
 /* In a timer's event: another timer, whether it waits or not, is to wait for
  * `waketime`, which lies ahead. */
 void sched_move_timer(struct timer *timer, uint32_t waketime);
@@ -47,13 +85,6 @@ struct task_wake {
 
 void sched_wake(struct task_wake *wake);  /* any context */
 bool sched_take(struct task_wake *wake);  /* task: was set; clears it */
-
-/* Time that the main loop has been busy, since the last call. */
-struct sched_stats {
-    uint32_t count, sum, sumsq;
-};
-#define SCHED_SUMSQ_BASE 256
-void sched_take_stats(struct sched_stats *stats);
 
 /* Any context: stop everything with a reason (unique in the firmware). */
 #define shutdown(TEXT) sched_shutdown(DECL_STRING_ID(TEXT))

@@ -20,8 +20,24 @@ struct command_entry {
     uint8_t flags;
 };
 
+/* A port may build the tables once for each of its cores. */
+#ifndef TABLES_HANDLER
+#define TABLES_HANDLER(FUNC) ((command_handler *)(void (*)(void))FUNC)
+#define TABLES_FLAGS(FLAGS) (FLAGS)
+#define TABLES_CALL(FUNC) FUNC()
+#endif
+
 extern const ROM struct command_entry tables_commands[];
 extern const uint16_t tables_command_count;
+
+/* Messages to the host by number, for a port one of whose cores encodes what
+ * another has to say.  Of commands nothing is said. */
+struct message_entry {
+    uint16_t buffers; /* bit n: parameter n is a byte string */
+    uint8_t n_params;
+};
+
+extern const ROM struct message_entry tables_messages[];
 
 /* The compressed dictionary. */
 extern const ROM uint8_t tables_dictionary[];

@@ -38,7 +38,6 @@ static void check_range(struct analog_in *a)
     if (a->sum >= a->min && a->sum <= a->max) {
         a->n_bad = 0;
     } else if (++a->n_bad >= a->bad_limit) {
-        a->n_bad = 0;
         try_shutdown("ADC out of range");
     }
 }
@@ -46,23 +45,28 @@ static void check_range(struct analog_in *a)
 /* Drops the reading if the task has not yet taken a full report. */
 static void store_reading(struct analog_in *a)
 {
-    if (a->n_bytes + READING_SIZE > a->report_size)
+    uint8_t n = a->n_bytes;
+
+    if (n >= a->report_size)
         return;
-    a->data[a->n_bytes] = (uint8_t)a->sum;
-    a->data[a->n_bytes + 1] = (uint8_t)(a->sum >> 8);
-    a->n_bytes = (uint8_t)(a->n_bytes + READING_SIZE);
-    if (a->n_bytes == a->report_size)
+    a->data[n++] = (uint8_t)a->sum;
+    a->data[n++] = (uint8_t)(a->sum >> 8);
+    a->n_bytes = n;
+    if (n == a->report_size)
         sched_wake(&analog_wake);
 }
 
-/* With HAVE_SLOW_EVENTS other events come between the last sample and what is
- * done with the reading. */
-#define READING_US 160
-
-static bool reading_event(struct timer *timer);
-#if CONFIG_HAVE_SLOW_EVENTS
-static bool rest_event(struct timer *timer);
-#endif
+/* All samples of a reading are there. */
+static void finish_reading(struct analog_in *a)
+{
+    a->next_clock += a->rest_ticks;
+    check_range(a);
+    if (a->trigger)
+        trigger_analog_update(a->trigger, a->sum);
+    store_reading(a);
+    a->sum = 0;
+    a->n_left = a->n_samples;
+}
 
 static bool sample_event(struct timer *timer)
 {
@@ -78,48 +82,10 @@ static bool sample_event(struct timer *timer)
         timer->waketime += a->sample_ticks;
         return TIMER_AGAIN;
     }
-#if CONFIG_HAVE_SLOW_EVENTS
-    timer->event = reading_event;
-    timer->waketime += timer_from_us(READING_US);
-    return TIMER_AGAIN;
-#else
-    return reading_event(timer);
-#endif
-}
-
-/* All samples of a reading are there. */
-static bool reading_event(struct timer *timer)
-{
-    struct analog_in *a = CONTAINER_OF(timer, struct analog_in, timer);
-
-    timer->event = sample_event;
-    a->next_clock += a->rest_ticks;
-    check_range(a);
-    if (a->trigger) /* the call alone takes as long as a step */
-        trigger_analog_update(a->trigger, a->sum);
-    store_reading(a);
-    a->sum = 0;
-    a->n_left = a->n_samples;
-#if CONFIG_HAVE_SLOW_EVENTS
-    timer->event = rest_event;
-    timer->waketime += timer_from_us(READING_US);
-#else
-    timer->waketime = a->next_clock;
-#endif
-    return TIMER_AGAIN;
-}
-
-#if CONFIG_HAVE_SLOW_EVENTS
-/* To be put far behind in the list of timers takes as long as the rest. */
-static bool rest_event(struct timer *timer)
-{
-    struct analog_in *a = CONTAINER_OF(timer, struct analog_in, timer);
-
-    timer->event = sample_event;
+    finish_reading(a);
     timer->waketime = a->next_clock;
     return TIMER_AGAIN;
 }
-#endif
 
 void command_config_analog_in(const struct args_config_analog_in *args)
 {
@@ -148,7 +114,6 @@ void command_query_analog_in(const struct args_query_analog_in *args)
         || (args->sample_count && !args->bytes_per_report))
         shutdown("Invalid analog_in bytes_per_report");
     sched_del_timer(&a->timer);
-    a->timer.event = sample_event;
     stop(a);
     if (!args->sample_count)
         return;

@@ -18,7 +18,6 @@ struct digital_out {
     uint32_t cycle_ticks;         /* 0: no software pwm */
     uint8_t level, default_level;
     bool is_cycling;
-    bool is_moved;                /* cycle_timer is to be moved by follow() */
 };
 
 static const ROM struct oid_kind digital_out_kind = {
@@ -32,44 +31,26 @@ static void set_level(struct digital_out *d, uint8_t level)
     gpio_write(d->pin, level);
 }
 
-/* A cycle that was under way may end first: follow() will move it. */
 static bool cycle_event(struct timer *timer)
 {
     struct digital_out *d = CONTAINER_OF(timer, struct digital_out,
                                          cycle_timer);
 
-    if (d->is_moved) {
-        timer->waketime += timer_from_us(2 * TIMED_OUTPUT_FOLLOW_US);
-        return TIMER_AGAIN;
-    }
     gpio_toggle_irq(d->pin);
     d->level = !d->level;
     timer->waketime += d->level ? d->on_ticks : d->off_ticks;
     return TIMER_AGAIN;
 }
 
-/* The pulses that began with this clock go on. */
-static void follow(struct timed_output *out, uint32_t clock)
-{
-    struct digital_out *d = CONTAINER_OF(out, struct digital_out, out);
-
-    if (d->is_moved) {
-        d->is_moved = false;
-        d->off_ticks = d->cycle_ticks - d->on_ticks;
-        sched_move_timer(&d->cycle_timer, clock + d->on_ticks);
-    }
-}
-
-/* Irq: pulses begin now, at `clock`.  The rest is up to follow(), a moment later
- * if the first pulse lasts long enough. */
+/* Irq: pulses begin now, at `clock`. */
 static void start_cycle(struct digital_out *d, uint32_t on_ticks,
                         uint32_t clock)
 {
-    d->on_ticks = on_ticks;
-    d->is_cycling = d->is_moved = true;
     set_level(d, 1);
-    if (on_ticks < timer_from_us(2 * TIMED_OUTPUT_FOLLOW_US))
-        follow(&d->out, clock);
+    d->on_ticks = on_ticks;
+    d->off_ticks = d->cycle_ticks - on_ticks;
+    d->is_cycling = true;
+    sched_move_timer(&d->cycle_timer, clock + on_ticks);
 }
 
 /* Irqs off: on for on_ticks of each cycle, from clock. */
@@ -82,7 +63,7 @@ static bool set_output(struct digital_out *d, uint32_t on_ticks,
     }
     if (d->is_cycling)
         sched_del_timer(&d->cycle_timer);
-    d->is_cycling = d->is_moved = false;
+    d->is_cycling = false;
     set_level(d, on_ticks != 0);
     return d->level == d->default_level;
 }
@@ -105,7 +86,6 @@ static const struct timed_output_kind digital_timed_kind = {
     .apply = apply_value,
     .rest = rest,
     .wake = &digital_wake,
-    .follow = follow,
     .missed = DECL_STRING_ID("Missed scheduling of next digital out event"),
     .exceeds = DECL_STRING_ID(
         "Scheduled digital out event will exceed max_duration"),
@@ -154,15 +134,15 @@ DECL_COMMAND(command_queue_digital_out,
 void command_update_digital_out(const struct args_update_digital_out *args)
 {
     struct digital_out *d = oid_lookup(args->oid, &digital_out_kind);
+    irq_flag_t flag = sched_lock_events();
     bool is_default;
 
-    irq_disable();
     if (timed_output_is_pending(&d->out))
         shutdown("update_digital_out not valid with active queue");
     is_default = set_output(d, args->value ? UINT32_MAX : 0,
                             timer_read_clock());
     timed_output_start(&d->out, is_default);
-    irq_enable();
+    sched_unlock_events(flag);
 }
 DECL_COMMAND(command_update_digital_out, "update_digital_out oid=%c value=%c");
 
@@ -204,7 +184,7 @@ void digital_out_shutdown(void)
 
     while ((d = oid_next(&oid, &digital_out_kind))) {
         timed_output_clear(&d->out);
-        d->is_cycling = d->is_moved = false;
+        d->is_cycling = false;
         set_level(d, d->default_level);
     }
 }

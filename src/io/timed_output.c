@@ -56,83 +56,29 @@ static bool plan_next(struct timed_output *out, uint32_t clock,
     return out->is_waiting;
 }
 
-static bool value_event(struct timer *timer);
-
 static struct timed_value *drop_first(struct timed_output *out)
 {
     struct timed_value *head = out->first;
 
     out->first = head->next;
-    if (!out->first)
-        out->last = &out->first;
     return head;
 }
-
-static bool finish_event(struct timer *timer)
-{
-    struct timed_output *out = CONTAINER_OF(timer, struct timed_output, timer);
-    struct timed_value *head = drop_first(out);
-    uint32_t clock = head->clock;
-
-    timer->event = value_event;
-    movecell_give(head);
-    return plan_next(out, clock, out->is_default);
-}
-
-#if CONFIG_HAVE_SLOW_EVENTS
-static bool wait_a_moment(struct timer *timer,
-                          bool (*event)(struct timer *timer))
-{
-    timer->event = event;
-    timer->waketime += timer_from_us(TIMED_OUTPUT_FOLLOW_US);
-    return TIMER_AGAIN;
-}
-
-static bool follow_event(struct timer *timer)
-{
-    struct timed_output *out = CONTAINER_OF(timer, struct timed_output, timer);
-
-    out->kind->follow(out, out->first->clock);
-    return wait_a_moment(timer, finish_event);
-}
-
-/* Other events have their turn in between, unless the next value is near. */
-static bool go_on(struct timed_output *out, const struct timed_value *next)
-{
-    struct timer *timer = &out->timer;
-
-    if (!next
-        || next->clock - timer->waketime
-            > timer_from_us(3 * TIMED_OUTPUT_FOLLOW_US))
-        return wait_a_moment(timer, out->kind->follow ? follow_event
-                                                      : finish_event);
-    if (out->kind->follow)
-        out->kind->follow(out, out->first->clock);
-    return finish_event(timer);
-}
-#else
-static inline bool go_on(struct timed_output *out,
-                         const struct timed_value *next)
-{
-    (void)next;
-    if (out->kind->follow)
-        out->kind->follow(out, out->first->clock);
-    return finish_event(&out->timer);
-}
-#endif
 
 static bool value_event(struct timer *timer)
 {
     struct timed_output *out = CONTAINER_OF(timer, struct timed_output, timer);
     struct timed_value *head = out->first;
+    uint32_t clock;
 
     if (!head) {
         expire(out, out->kind->missed);
         out->has_limit = out->is_waiting = false;
         return TIMER_DONE;
     }
-    out->is_default = out->kind->apply(out, head->value, head->clock);
-    return go_on(out, head->next);
+    clock = head->clock;
+    out->is_default = out->kind->apply(out, head->value, clock);
+    movecell_give(drop_first(out));
+    return plan_next(out, clock, out->is_default);
 }
 
 void timed_output_setup(struct timed_output *out,
@@ -140,7 +86,6 @@ void timed_output_setup(struct timed_output *out,
                         uint32_t max_duration)
 {
     out->timer.event = value_event;
-    out->last = &out->first;
     out->kind = kind;
     out->max_duration = max_duration;
     movecell_request(sizeof(struct timed_value));
@@ -148,21 +93,20 @@ void timed_output_setup(struct timed_output *out,
 
 void timed_output_start(struct timed_output *out, bool is_default)
 {
-    irq_flag_t flag = irq_save();
+    irq_flag_t flag = sched_lock_events();
 
     if (out->is_waiting)
         sched_del_timer(&out->timer);
     if (plan_next(out, timer_read_clock(), is_default))
         sched_add_timer(&out->timer);
-    irq_restore(flag);
+    sched_unlock_events(flag);
 }
 
 /* The first value of an empty queue decides the timer.  Nothing but the limit
- * can happen meanwhile, and once that is gone nothing at all: steps may come in
- * between. */
+ * can happen meanwhile, and once that is gone nothing at all. */
 static void wait_for(struct timed_output *out, struct timed_value *cell)
 {
-    irq_flag_t flag = irq_save();
+    irq_flag_t flag = sched_lock_events();
 
     if (out->has_limit) {
         if (timer_is_before(out->timer.waketime, cell->clock))
@@ -170,7 +114,7 @@ static void wait_for(struct timed_output *out, struct timed_value *cell)
         sched_del_timer(&out->timer);
         out->has_limit = out->is_waiting = false;
     }
-    irq_restore(flag);
+    sched_unlock_events(flag);
     out->first = cell;
     out->last = &cell->next;
     out->timer.waketime = cell->clock;
@@ -208,6 +152,5 @@ void timed_output_clear(struct timed_output *out)
 {
     out->timer.event = value_event;
     out->first = NULL;
-    out->last = &out->first;
     out->is_waiting = out->has_limit = out->is_expired = false;
 }

@@ -13,11 +13,6 @@
 #include "board/mem.h"
 #include "core/sched.h"
 
-/* A value takes effect at its clock.  With HAVE_SLOW_EVENTS what follows from it
- * is done in two more events, so far apart each: together they would take as
- * long as several steps. */
-#define TIMED_OUTPUT_FOLLOW_US 160
-
 #define TIMED_OUTPUT_REST !CONFIG_HAVE_TINY_CODE_SIZE
 
 struct timed_output;
@@ -25,8 +20,6 @@ struct timed_output;
 struct timed_output_kind {
     /* Irq: set the output; returns whether that is its default. */
     bool (*apply)(struct timed_output *out, uint32_t value, uint32_t clock);
-    /* Irq: the rest of it, a moment later; or NULL. */
-    void (*follow)(struct timed_output *out, uint32_t clock);
     /* Irqs off: set the output to its default. */
     void (*rest)(struct timed_output *out);
     struct task_wake *wake;   /* of a task that tells the host that one rests */
@@ -35,7 +28,7 @@ struct timed_output_kind {
 
 struct timed_output {
     struct timer timer;
-    struct timed_value *first, **last;
+    struct timed_value *first, **last; /* last: where the next one goes */
     const struct timed_output_kind *kind;
     uint32_t max_duration; /* ticks; 0: no limit */
     bool is_waiting;       /* the timer is set */

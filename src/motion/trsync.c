@@ -139,10 +139,10 @@ void command_trsync_set_timeout(const struct args_trsync_set_timeout *args)
 
     sched_del_timer(&ts->expire_timer);
     ts->expire_timer.waketime = args->clock;
-    flag = irq_save();
+    flag = sched_lock_events();
     if (ts->flags & IS_ARMED)
         sched_add_timer(&ts->expire_timer);
-    irq_restore(flag);
+    sched_unlock_events(flag);
 }
 DECL_COMMAND(command_trsync_set_timeout, "trsync_set_timeout oid=%c clock=%u");
 

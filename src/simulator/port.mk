@@ -7,7 +7,7 @@ port-src := src/simulator/clock.c src/simulator/coroutine.c \
 PORT_CFLAGS := -fPIC -fvisibility=hidden -Iklippy_ext/csrc -U_FORTIFY_SOURCE \
   -fno-stack-protector
 PORT_OUTPUTS := $(OUT)klipper.so $(OUT)klipper.elf
-PORT_LDFLAGS := -Wl,-T,src/simulator/firmware.ld
+PORT_LDFLAGS := -Wl,-z,norelro -Wl,-T,src/simulator/firmware.ld
 FLASH_HINT := nothing to do: run $(OUT)klipper.elf -I /tmp/klipper_simulator, \
   or let klippy simulate load $(OUT)klipper.so
 PORT_LIBS = $(OUT)src/simulator/process.o -lutil

@@ -14,10 +14,12 @@
 
 #if CONFIG_MACH_STM32H723
 #define PLL_P 1u
+#define PLL_Q 13u                   /* 40 MHz for CAN */
 #define VOLTAGE PWR_D3CR_VOS_SCALE0
 #define FLASH_LATENCY 3u
 #else
 #define PLL_P 2u
+#define PLL_Q 10u                   /* 80 MHz */
 #define VOLTAGE PWR_D3CR_VOS_SCALE1
 #define FLASH_LATENCY 2u
 #endif
@@ -65,8 +67,10 @@ static void start_pll(void)
             ;
     }
     RCC->PLLCKSELR = SOURCE | RCC_PLLCKSELR_M(PLL_M);
-    RCC->PLLCFGR = RCC_PLLCFGR_RANGE_4_8 | RCC_PLLCFGR_P_ON;
-    RCC->PLL1DIVR = RCC_PLL1DIVR_N(PLL_N) | RCC_PLL1DIVR_P(PLL_P);
+    RCC->PLLCFGR = RCC_PLLCFGR_RANGE_4_8 | RCC_PLLCFGR_P_ON
+        | RCC_PLLCFGR_Q_ON;
+    RCC->PLL1DIVR = RCC_PLL1DIVR_N(PLL_N) | RCC_PLL1DIVR_P(PLL_P)
+        | RCC_PLL1DIVR_Q(PLL_Q);
     RCC->CR |= RCC_CR_PLLON;
     while (!(RCC->CR & RCC_CR_PLLRDY))
         ;

@@ -17,7 +17,8 @@ typedef struct gpio_v1_regs gpio_regs_t;
 #if CONFIG_STM32_CLOCK_CHAINED
 /* Two counters of 16 bits: TIM3 and TIM1, one address for all chips that need
  * them.  The upper one follows an overflow of the lower a few cycles later. */
-static inline uint32_t timer_read_clock(void)
+#define PORT_CLOCK_TICKS 32
+static ALWAYS_INLINE uint32_t timer_read_clock(void)
 {
     uint32_t low, high;
 
@@ -28,7 +29,7 @@ static inline uint32_t timer_read_clock(void)
     return high << 16 | low;
 }
 #elif CONFIG_STM32_CLOCK_TIM2
-static inline uint32_t timer_read_clock(void)
+static ALWAYS_INLINE uint32_t timer_read_clock(void)
 {
     return ((struct tim_regs *)0x40000000)->CNT;
 }
@@ -57,7 +58,7 @@ static inline void gpio_write(struct gpio_out out, uint8_t level)
     out.regs->BSRR = level ? out.bit : out.bit << 16;
 }
 
-static inline void gpio_toggle_irq(struct gpio_out out)
+static ALWAYS_INLINE void gpio_toggle_irq(struct gpio_out out)
 {
     out.regs->ODR ^= out.bit;
 }

@@ -4,8 +4,13 @@
 include src/armcm/port.mk
 
 stm32 := src/stm32
-port-src += $(stm32)/chip.c $(stm32)/gpio.c $(stm32)/serial.c
+port-src += $(stm32)/chip.c $(stm32)/gpio.c $(stm32)/chipid.c $(stm32)/boot.c
 port-src += $(stm32)/watchdog.c $(stm32)/adc_pins.c
+stm32-$(CONFIG_SERIAL) += serial.c
+stm32-$(CONFIG_STM32_USBFS) += usbfs.c usb_memory.c usb_clock.c
+stm32-$(CONFIG_STM32_OTG) += otg.c usb_clock.c
+stm32-can-$(CONFIG_STM32_HAS_BXCAN) := bxcan.c
+stm32-$(CONFIG_WANT_CAN) += $(stm32-can-y)
 stm32-$(CONFIG_MACH_STM32F1) += clock_f1.c gpio_v1.c
 stm32-$(CONFIG_STM32_F2F4F7) += clock_f2f4f7.c
 stm32-$(CONFIG_MACH_STM32F0) += clock_f0.c
@@ -20,6 +25,7 @@ stm32-$(CONFIG_STM32_ADC_V1) += adc_v1.c
 stm32-$(CONFIG_STM32_ADC_V2) += adc_v2.c
 stm32-$(CONFIG_STM32_ADC_V3) += adc_v3.c
 stm32-$(CONFIG_WANT_SPI) += spi.c
+stm32-$(CONFIG_WANT_SDIO) += sdio.c
 stm32-i2c-y := i2c_pins.c
 stm32-i2c-$(CONFIG_STM32_I2C_V1) += i2c_v1.c
 stm32-i2c-$(CONFIG_STM32_I2C_V2) += i2c_v2.c

@@ -6,10 +6,11 @@
 #include "spi_buses.h"
 
 struct spi_bus {
-    uint8_t number, miso, mosi, sclk, function;
+    uint8_t number, miso, mosi, sclk;
+    uint16_t functions;
 };
-#define X(NUMBER, MISO, MOSI, SCLK, FUNCTION) \
-    { NUMBER, MISO, MOSI, SCLK, FUNCTION },
+#define X(NUMBER, MISO, MOSI, SCLK, FUNCTIONS) \
+    { NUMBER, MISO, MOSI, SCLK, FUNCTIONS },
 static const struct spi_bus buses[] = { SPI_BUSES };
 #undef X
 #define N_BUSES (sizeof(buses) / sizeof(buses[0]))
@@ -44,11 +45,11 @@ static void connect(const struct spi_bus *bus)
 {
 #if CONFIG_MACH_STM32F1
     if (bus->number == 1)
-        gpio_remap(1, bus->function);
+        gpio_remap(1, bus->functions);
 #endif
-    gpio_alternate(bus->miso, bus->function, 1);
-    gpio_alternate(bus->mosi, bus->function, 0);
-    gpio_alternate(bus->sclk, bus->function, 0);
+    gpio_alternate(bus->miso, (bus->functions >> 8) & 15, 1);
+    gpio_alternate(bus->mosi, (bus->functions >> 4) & 15, 0);
+    gpio_alternate(bus->sclk, bus->functions & 15, 0);
 }
 
 #if CONFIG_MACH_STM32H7

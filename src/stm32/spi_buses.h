@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * SPI buses by the names that configs use, and SPI_BUSES(X):
- * X(number of the peripheral, miso, mosi, sclk, function or remap).
+ * X(number of the peripheral, miso, mosi, sclk, functions or remap); functions
+ * are a digit for each pin.
  * Included once, by spi.c.
  */
 #define SPI2_B X(2, GPIO('B', 14), GPIO('B', 15), GPIO('B', 13), SPI_AF)
@@ -13,6 +14,9 @@
 #define SPI5_F X(5, GPIO('F', 8), GPIO('F', 9), GPIO('F', 7), SPI_AF)
 #define SPI5_H X(5, GPIO('H', 7), GPIO('F', 11), GPIO('H', 6), SPI_AF)
 #define SPI6_G X(6, GPIO('G', 12), GPIO('G', 14), GPIO('G', 13), SPI_AF)
+#define SPI2_AF X(2, GPIO('A', 10), GPIO('A', 11), GPIO('F', 1), SPI_AF)
+#define SPI2_B11 X(2, GPIO('B', 2), GPIO('B', 11), GPIO('B', 10), 0x105)
+#define SPI2_B7 X(2, GPIO('B', 6), GPIO('B', 7), GPIO('B', 8), 0x411)
 #define SPI2_I X(2, GPIO('I', 2), GPIO('I', 3), GPIO('I', 1), SPI_AF)
 
 #if CONFIG_MACH_STM32F1
@@ -24,9 +28,9 @@
 #define SPI_AF 0
 #define SPI1_B_AF 0
 #else
-#define SPI_AF 5
-#define SPI1_B_AF 5
-#define SPI3_AF 6
+#define SPI_AF 0x555
+#define SPI1_B_AF 0x555
+#define SPI3_AF 0x666
 #endif
 
 DECL_ENUMERATION("spi_bus", "spi2", 0);
@@ -49,6 +53,10 @@ DECL_CONSTANT_STR("BUS_PINS_spi1_PB4_PB5_PB3", "PB4,PB5,PB3");
 DECL_ENUMERATION("spi_bus", "spi2a", 3);
 DECL_CONSTANT_STR("BUS_PINS_spi2a", "PC2,PC3,PB10");
 #define SPI_THIRD SPI2_C
+#elif CONFIG_MACH_STM32G4
+DECL_ENUMERATION("spi_bus", "spi2_PA10_PA11_PF1", 3);
+DECL_CONSTANT_STR("BUS_PINS_spi2_PA10_PA11_PF1", "PA10,PA11,PF1");
+#define SPI_THIRD SPI2_AF
 #else
 #define SPI_THIRD X(0, 0, 0, 0, 0)
 #endif
@@ -75,7 +83,13 @@ DECL_ENUMERATION("spi_bus", "spi2b", 9);
 DECL_CONSTANT_STR("BUS_PINS_spi2b", "PI2,PI3,PI1");
 #define SPI_REST SPI3_C SPI4_E SPI5_F SPI5_H SPI6_G SPI2_I
 #endif
-#elif CONFIG_MACH_STM32F0 || CONFIG_MACH_STM32G0 || CONFIG_MACH_STM32L4
+#elif CONFIG_MACH_STM32G0
+DECL_ENUMERATION("spi_bus", "spi2_PB2_PB11_PB10", 4);
+DECL_CONSTANT_STR("BUS_PINS_spi2_PB2_PB11_PB10", "PB2,PB11,PB10");
+DECL_ENUMERATION("spi_bus", "spi2_PB6_PB7_PB8", 5);
+DECL_CONSTANT_STR("BUS_PINS_spi2_PB6_PB7_PB8", "PB6,PB7,PB8");
+#define SPI_REST SPI2_B11 SPI2_B7
+#elif CONFIG_MACH_STM32F0 || CONFIG_MACH_STM32L4
 #define SPI_REST
 #else
 DECL_ENUMERATION("spi_bus", "spi3", 4);
@@ -95,7 +109,13 @@ DECL_ENUMERATION("spi_bus", "spi4", 6);
 DECL_ENUMERATION("spi_bus", "spi4_PE13_PE14_PE12", 6);
 DECL_CONSTANT_STR("BUS_PINS_spi4", "PE13,PE14,PE12");
 DECL_CONSTANT_STR("BUS_PINS_spi4_PE13_PE14_PE12", "PE13,PE14,PE12");
+#if CONFIG_MACH_STM32F429 || CONFIG_MACH_STM32F765
+DECL_ENUMERATION("spi_bus", "spi6_PG12_PG14_PG13", 7);
+DECL_CONSTANT_STR("BUS_PINS_spi6_PG12_PG14_PG13", "PG12,PG14,PG13");
+#define SPI_REST SPI3_B SPI3_C SPI4_E SPI6_G
+#else
 #define SPI_REST SPI3_B SPI3_C SPI4_E
+#endif
 #elif CONFIG_MACH_STM32F2 || CONFIG_MACH_STM32F405 || CONFIG_MACH_STM32F407
 DECL_ENUMERATION("spi_bus", "spi2b", 6);
 DECL_ENUMERATION("spi_bus", "spi2_PI2_PI3_PI1", 6);

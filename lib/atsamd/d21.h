@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * SAM D21: DS40001882, chapters 9.3 (NVM rows), 10.2 (memory map), 11.2
+ * (interrupts), 15 (GCLK), 16 (PM), 17 (SYSCTRL), 18 (WDT), 22 (NVMCTRL), 30
+ * (TC), 33 (ADC).
+ */
+#ifndef ATSAMD_D21_H
+#define ATSAMD_D21_H
+
+#include "atsamd/blocks.h"
+
+#define PM_BASE 0x40000400
+#define SYSCTRL_BASE 0x40000800
+#define GCLK_BASE 0x40000c00
+#define WDT_BASE 0x40001000
+#define NVMCTRL_BASE 0x41004000
+#define PORT_BASE 0x41004400
+#define PORT_FAST_BASE 0x60000000   /* without wait, 10.2 */
+#define USB_BASE 0x41005000
+#define TCC0_BASE 0x42002000
+#define TCC1_BASE 0x42002400
+#define TCC2_BASE 0x42002800
+#define CLOCK_TC_BASE 0x42003000    /* TC4, with TC5 */
+#define ADC0_BASE 0x42004000
+
+#define GATES_BASE PM_BASE
+#define GATE_AHB(BIT) SAMD_GATE(0x14, BIT)
+#define GATE_APBB(BIT) SAMD_GATE(0x1c, BIT)
+#define GATE_APBC(BIT) SAMD_GATE(0x20, BIT)
+
+/* SERCOM n: base, gate, clock channel, interrupt */
+#define SERCOM_COUNT 6
+#define SERCOMS(X) \
+    X(0x42000800, GATE_APBC(2), 20, 9) X(0x42000c00, GATE_APBC(3), 21, 10) \
+    X(0x42001000, GATE_APBC(4), 22, 11) X(0x42001400, GATE_APBC(5), 23, 12) \
+    X(0x42001800, GATE_APBC(6), 24, 13) X(0x42001c00, GATE_APBC(7), 25, 14)
+
+/* Clock channels (15.8.3) */
+#define CHANNEL_DFLL48 0
+#define CHANNEL_WDT 3
+#define CHANNEL_USB 6
+#define CHANNEL_TCC0_TCC1 26
+#define CHANNEL_TCC2 27
+#define CHANNEL_CLOCK_TC 28
+#define CHANNEL_ADC0 30
+
+#define TCC0_GATE GATE_APBC(8)
+#define TCC1_GATE GATE_APBC(9)
+#define TCC2_GATE GATE_APBC(10)
+#define ADC0_GATE GATE_APBC(16)
+#define USB_GATE GATE_APBB(5)
+#define USB_IRQ 7
+#define USB_MUX 6
+
+#define GCLK_STATUS SAMD_REG8(GCLK_BASE + 0x01)
+#define GCLK_BUSY (1u << 7)
+#define GCLK_CLKCTRL SAMD_REG16(GCLK_BASE + 0x02)
+#define GCLK_CLKCTRL_ID SAMD_REG8(GCLK_BASE + 0x02)
+#define GCLK_CLKCTRL_EN (1u << 14)
+#define GCLK_CLKCTRL_GEN(N) ((N) << 8)
+#define GCLK_GENCTRL SAMD_REG32(GCLK_BASE + 0x04)
+#define GCLK_GENCTRL_EN (1u << 16)
+#define GCLK_GENCTRL_IDC (1u << 17)
+#define GCLK_GENCTRL_SRC(N) ((uint32_t)(N) << 8)
+#define GCLK_GENDIV SAMD_REG32(GCLK_BASE + 0x08)
+#define GCLK_GENDIV_DIV(N) ((uint32_t)(N) << 8)
+enum { SOURCE_OSCULP32K = 3, SOURCE_XOSC32K = 5, SOURCE_OSC8M = 6,
+       SOURCE_DFLL48M = 7, SOURCE_DPLL = 8 };
+
+#define SYSCTRL_PCLKSR SAMD_REG32(SYSCTRL_BASE + 0x0c)
+#define SYSCTRL_PCLKSR_XOSC32KRDY (1u << 1)
+#define SYSCTRL_PCLKSR_DFLLRDY (1u << 4)
+#define SYSCTRL_XOSC32K SAMD_REG16(SYSCTRL_BASE + 0x14)
+#define SYSCTRL_XOSC32K_ENABLE (1u << 1)
+#define SYSCTRL_XOSC32K_XTALEN (1u << 2)
+#define SYSCTRL_XOSC32K_EN32K (1u << 3)
+#define SYSCTRL_XOSC32K_STARTUP(N) ((N) << 8)
+#define SYSCTRL_OSC8M SAMD_REG32(SYSCTRL_BASE + 0x20)
+#define SYSCTRL_OSC8M_PRESC (3u << 8)
+#define SYSCTRL_DFLLCTRL SAMD_REG16(SYSCTRL_BASE + 0x24)
+#define SYSCTRL_DFLLCTRL_ENABLE (1u << 1)
+#define SYSCTRL_DFLLCTRL_MODE (1u << 2)
+#define SYSCTRL_DFLLCTRL_USBCRM (1u << 5)
+#define SYSCTRL_DFLLCTRL_CCDIS (1u << 8)
+#define SYSCTRL_DFLLVAL SAMD_REG32(SYSCTRL_BASE + 0x28)
+#define SYSCTRL_DFLLVAL_COARSE(N) ((N) << 10)
+#define SYSCTRL_DFLLMUL SAMD_REG32(SYSCTRL_BASE + 0x2c)
+#define SYSCTRL_DFLLMUL_USB (8u << 26 | 10u << 16 | 48000u)
+#define SYSCTRL_VREF SAMD_REG32(SYSCTRL_BASE + 0x40)
+#define SYSCTRL_VREF_TSEN (1u << 1)
+#define SYSCTRL_DPLLCTRLA SAMD_REG8(SYSCTRL_BASE + 0x44)
+#define SYSCTRL_DPLLCTRLA_ENABLE (1u << 1)
+#define SYSCTRL_DPLLRATIO SAMD_REG32(SYSCTRL_BASE + 0x48)
+#define SYSCTRL_DPLLCTRLB SAMD_REG32(SYSCTRL_BASE + 0x4c)
+#define SYSCTRL_DPLLCTRLB_REF_XOSC32K (0u << 4)
+#define SYSCTRL_DPLLCTRLB_LBYPASS (1u << 12)
+#define SYSCTRL_DPLLSTATUS SAMD_REG8(SYSCTRL_BASE + 0x50)
+#define SYSCTRL_DPLLSTATUS_READY 3u     /* locked, and the output runs */
+
+#define NVMCTRL_CTRLB SAMD_REG32(NVMCTRL_BASE + 0x04)
+#define NVMCTRL_CTRLB_RWS(N) ((uint32_t)(N) << 1)
+#define NVMCTRL_CTRLB_MANW (1u << 7)
+
+/* Calibration: words of 64 bits from the factory (9.3.2) */
+#define NVM_CALIBRATION_0 SAMD_REG32(0x00806020)
+#define NVM_CALIBRATION_1 SAMD_REG32(0x00806024)
+#define NVM_DFLL_COARSE (NVM_CALIBRATION_1 >> 26)
+#define NVM_USB_TRANSN (NVM_CALIBRATION_1 >> 13 & 31)
+#define NVM_USB_TRANSP (NVM_CALIBRATION_1 >> 18 & 31)
+#define NVM_USB_TRIM (NVM_CALIBRATION_1 >> 23 & 7)
+#define NVM_ADC_CALIB \
+    ((NVM_CALIBRATION_1 >> 3 & 7) << 8 \
+     | (NVM_CALIBRATION_0 >> 27 | (NVM_CALIBRATION_1 & 7) << 5))
+#define SERIAL_NUMBER_WORDS 0x0080a00c, 0x0080a040, 0x0080a044, 0x0080a048
+
+/* TC of 32 bits */
+#define TC_CTRLA SAMD_REG16(CLOCK_TC_BASE)
+#define TC_CTRLA_SWRST (1u << 0)
+#define TC_CTRLA_ENABLE (1u << 1)
+#define TC_CTRLA_32BIT (2u << 2)
+#define TC_READREQ SAMD_REG16(CLOCK_TC_BASE + 0x02)
+#define TC_READREQ_COUNT (1u << 15 | 1u << 14 | 0x10) /* again and again */
+#define TC_STATUS SAMD_REG8(CLOCK_TC_BASE + 0x0f)
+#define TC_STATUS_SYNCBUSY (1u << 7)
+#define TC_COUNT SAMD_REG32(CLOCK_TC_BASE + 0x10)
+#define CLOCK_TC_GATES { GATE_APBC(12), GATE_APBC(13) }
+
+/* ADC */
+struct adc_regs {
+    volatile uint8_t CTRLA, REFCTRL, AVGCTRL, SAMPCTRL;
+    volatile uint16_t CTRLB;
+    volatile uint8_t reserved0[2], WINCTRL, reserved1[3], SWTRIG, reserved2[3];
+    volatile uint32_t INPUTCTRL;
+    volatile uint8_t EVCTRL, reserved3, INTENCLR, INTENSET, INTFLAG, STATUS;
+    volatile uint16_t RESULT, WINLT, reserved4, WINUT, reserved5, GAINCORR;
+    volatile uint16_t OFFSETCORR, CALIB;
+};
+#define ADC_STATUS_SYNCBUSY (1u << 7)
+#define ADC_REFCTRL_HALF_VCC 2u
+#define ADC_CTRLB_DIV_32 (3u << 8)
+#define ADC_INPUT_GAIN_HALF (0xfu << 24)
+#define ADC_INPUT_GROUND (0x18u << 8)
+#define ADC_INPUT_TEMPERATURE 0x18u
+
+#define WDT_CLEAR SAMD_REG8(WDT_BASE + 0x08)
+#define WDT_BUSY (SAMD_REG8(WDT_BASE + 0x07) & 0x80)
+
+#endif

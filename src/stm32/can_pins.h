@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Pins of the CAN bus, reserved by name: CAN_RX, CAN_TX, CAN_UNIT (number of
+ * the controller), CAN_FUNCTION or CAN_REMAP (F1).  Included once, by its
+ * driver. */
+#if CONFIG_STM32_CAN_PB8_PB9
+DECL_CONSTANT_STR("RESERVE_PINS_CAN", "PB8,PB9");
+#define CAN_RX GPIO('B', 8)
+#define CAN_TX GPIO('B', 9)
+#define CAN_REMAP AFIO_MAPR_CAN_PB8
+#elif CONFIG_STM32_CAN_PD0_PD1
+DECL_CONSTANT_STR("RESERVE_PINS_CAN", "PD0,PD1");
+#define CAN_RX GPIO('D', 0)
+#define CAN_TX GPIO('D', 1)
+#define CAN_REMAP AFIO_MAPR_CAN_PD0
+#elif CONFIG_STM32_CAN_PA11_PB9
+DECL_CONSTANT_STR("RESERVE_PINS_CAN", "PA11,PB9");
+#define CAN_RX GPIO('A', 11)
+#define CAN_TX GPIO('B', 9)
+#elif CONFIG_STM32_CAN_PI9_PH13
+DECL_CONSTANT_STR("RESERVE_PINS_CAN", "PI9,PH13");
+#define CAN_RX GPIO('I', 9)
+#define CAN_TX GPIO('H', 13)
+#elif CONFIG_STM32_CAN_PH13_PH14
+DECL_CONSTANT_STR("RESERVE_PINS_CAN", "PH14,PH13");
+#define CAN_RX GPIO('H', 14)
+#define CAN_TX GPIO('H', 13)
+#elif CONFIG_STM32_CAN_PB5_PB6
+DECL_CONSTANT_STR("RESERVE_PINS_CAN", "PB5,PB6");
+#define CAN_RX GPIO('B', 5)
+#define CAN_TX GPIO('B', 6)
+#define CAN_UNIT 2
+#elif CONFIG_STM32_CAN_PB12_PB13
+DECL_CONSTANT_STR("RESERVE_PINS_CAN", "PB12,PB13");
+#define CAN_RX GPIO('B', 12)
+#define CAN_TX GPIO('B', 13)
+#define CAN_UNIT 2
+#elif CONFIG_STM32_CAN_PB0_PB1
+DECL_CONSTANT_STR("RESERVE_PINS_CAN", "PB0,PB1");
+#define CAN_RX GPIO('B', 0)
+#define CAN_TX GPIO('B', 1)
+#define CAN_UNIT 2
+#elif CONFIG_STM32_CAN_PC2_PC3
+DECL_CONSTANT_STR("RESERVE_PINS_CAN", "PC2,PC3");
+#define CAN_RX GPIO('C', 2)
+#define CAN_TX GPIO('C', 3)
+#define CAN_UNIT 2
+#elif CONFIG_STM32_CAN_PD12_PD13
+DECL_CONSTANT_STR("RESERVE_PINS_CAN", "PD12,PD13");
+#define CAN_RX GPIO('D', 12)
+#define CAN_TX GPIO('D', 13)
+#else
+DECL_CONSTANT_STR("RESERVE_PINS_CAN", "PA11,PA12");
+#define CAN_RX GPIO('A', 11)
+#define CAN_TX GPIO('A', 12)
+#endif
+
+#ifndef CAN_UNIT
+#define CAN_UNIT 1
+#endif
+#ifndef CAN_REMAP
+#define CAN_REMAP 0
+#endif
+
+/* Function of a pin */
+#if CONFIG_MACH_STM32F0
+#define CAN_FUNCTION(PIN) ((PIN) >= GPIO('D', 0) ? 0 : 4)
+#elif CONFIG_MACH_STM32G0
+#define CAN_FUNCTION(PIN) ((PIN) < GPIO('B', 0) ? 9 : 3)
+#else
+#define CAN_FUNCTION(PIN) 9
+#endif
