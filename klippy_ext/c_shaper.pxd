@@ -13,7 +13,7 @@ cdef extern from "shaper.h" nogil:
         double[5] weights
         double[5] delays
         int n_coeffs
-        double[16] coeffs
+        double[12] coeffs
         double half
 
     struct shaper_path:

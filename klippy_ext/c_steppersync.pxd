@@ -4,6 +4,7 @@ from libc.stdint cimport uint32_t, uint64_t
 from klippy_ext.c_itersolve cimport itersolve
 from klippy_ext.c_qmsg cimport qsink
 from klippy_ext.c_stepcompress cimport stepcompress
+from klippy_ext.c_steppool cimport steppool
 
 
 cdef extern from "steppersync.h" nogil:
@@ -17,6 +18,9 @@ cdef extern from "steppersync.h" nogil:
         steppersync *ss, int number, itersolve *its)
     void steppersync_set_time(steppersync *ss, double offset, double freq)
     int steppersync_generate(steppersync *ss, double print_time)
+    int steppersync_start(
+        steppersync *ss, steppool *pool, double print_time, uint64_t clock)
+    int steppersync_finish(steppersync *ss)
     int steppersync_get_failed(const steppersync *ss)
     int steppersync_flush(
         steppersync *ss, uint64_t clock, uint64_t clear_clock)

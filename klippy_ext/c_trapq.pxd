@@ -1,4 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+from libc.stdint cimport uint32_t
+
+
 cdef extern from "trapq.h" nogil:
     struct trapq:
         pass
@@ -12,6 +15,8 @@ cdef extern from "trapq.h" nogil:
         double start_v
         double cruise_v
         double accel
+        double turn
+        uint32_t normal
 
     struct trap_record:
         double print_time

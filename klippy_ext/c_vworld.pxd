@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from libc.stdint cimport int8_t, int64_t, uint8_t, uint16_t, uint32_t, uint64_t
+from libc.stdint cimport int8_t, int32_t, int64_t, uint8_t, uint16_t, uint32_t, uint64_t
 
 from klippy_ext.c_hostclock cimport hostclock
 
@@ -18,6 +18,7 @@ cdef extern from "vlink.h" nogil:
         double drop
         double insert
         double twice
+        double *jitter
 
     struct vlink:
         vlane *lanes
@@ -46,7 +47,19 @@ cdef extern from "vtrace.h" nogil:
     struct voutput:
         double fraction
 
+    struct vedge:
+        int64_t clock
+        int64_t pin
+        double fraction
+
+    struct vedgelog:
+        vedge *edges
+        size_t used
+        int is_full
+
     struct vpin:
+        uint8_t level
+        uint8_t is_known
         uint8_t input
         uint8_t has_input
         uint16_t analog
@@ -61,6 +74,8 @@ cdef extern from "vtrace.h" nogil:
         int invert_dir, int both_edges)
     voutput *vpins_watch_output(
         vpins *v, uint32_t pin, int invert, uint64_t clock)
+    vedgelog *vpins_new_log(vpins *v)
+    int vpins_tap(vpins *v, vedgelog *log, uint32_t pin)
     int vpins_bind_switch(
         vpins *v, uint32_t pin, vstep **steps, const double *coeffs,
         int n_steps, double threshold, int is_above, int invert)
@@ -81,11 +96,19 @@ cdef extern from "vmcu.h" nogil:
         uint64_t seed
         uint64_t start_clock
 
+    struct vbus:
+        void *ctx
+        void (*spi)(void *ctx, uint32_t bus, uint8_t *buf, uint32_t len) noexcept
+        int32_t (*i2c)(
+            void *ctx, uint32_t bus, uint8_t addr, const uint8_t *wr,
+            uint32_t wr_len, uint8_t *rd, uint32_t rd_len) noexcept
+
     struct vmcu:
         const vmcu_ops *ops
         double freq
         uint64_t done_clock
         vpins pins
+        vbus bus
         vlink link
         uint64_t n_late
         uint64_t max_late

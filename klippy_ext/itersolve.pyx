@@ -23,6 +23,7 @@ from klippy_ext.c_itersolve cimport (
     itersolve_set_trapq,
 )
 from klippy_ext.c_shaper cimport shaper_attach
+from klippy_ext.c_steppool cimport steppool_settle
 from klippy_ext.shaper cimport ShapedPath
 from klippy_ext.stepcompress cimport StepCompress
 from klippy_ext.trapq cimport TrapQ
@@ -51,6 +52,8 @@ cdef class StepperKinematics:
         return self
 
     cdef itersolve *get(self) except NULL:
+        # Nobody else works with it while the caller does
+        steppool_settle()
         if self.its is NULL:
             raise ValueError("stepper kinematics of no kind: make one of"
                              " LinearKinematics, DeltaKinematics, ...")

@@ -11,8 +11,11 @@ from klippy_ext.c_kin_extruder cimport (
     kin_extruder,
     kin_extruder_new,
     kin_extruder_set_model,
+    kin_extruder_set_shaper,
 )
 from klippy_ext.itersolve cimport StepperKinematics
+from klippy_ext.shaper cimport ShapedPath
+from klippy_ext.trapq cimport TrapQ
 
 # How the lead of a velocity goes beyond what is proportional to it
 MODELS = {"linear": ADVANCE_LINEAR, "tanh": ADVANCE_TANH,
@@ -56,3 +59,23 @@ cdef class ExtruderKinematics(StepperKinematics):
                 "pressure advance and smooth time must not be negative: %r, %r,"
                 " and an offset needs a velocity: %r, %r"
                 % (advance, smooth_time, offset, velocity))
+
+    def set_shaper(self, ShapedPath shaper, TrapQ head=None):
+        """Have the filament of each axis averaged as the axis is.
+
+        shaper: that of x, y and z (any number of drives may use it), or None.
+        head: the queue of their moves.  All steps must be made, and all must
+        rest as far as the old and the new averages look around that time.
+        """
+        if shaper is not None and head is None:
+            raise ValueError("a shaped drive needs the moves of x, y and z")
+        kin_extruder_set_shaper(
+            <kin_extruder *>self.get(),
+            shaper.path if shaper is not None else NULL,
+            head.tq if shaper is not None else NULL)
+        self.head = head if shaper is not None else None
+
+    def get_shaper_window(self):
+        """(pre, post): s that shaping adds to what is looked at."""
+        cdef kin_extruder *k = <kin_extruder *>self.get()
+        return k.plan.pre, k.plan.post

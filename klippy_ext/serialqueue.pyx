@@ -166,7 +166,8 @@ cdef class SerialQueue:
         Returns (payload, sent_time, receive_time, notify_id), or None when
         the link is closed or has failed, or (virtual) nothing is there.
         payload is the inside of one block: one or more whole messages; it
-        is empty when notify_id is not 0.  sent_time is when the newest
+        is empty when notify_id is not 0; with notify_id 0 it is when there
+        was no memory, and messages are lost.  sent_time is when the newest
         acknowledged block left (s, eventtime), 0. if that is unclear.
         """
         cdef bint wait = not self.is_virtual

@@ -16,6 +16,7 @@ from klippy_ext.c_shaper cimport (
     shaper_path_new,
     shaper_path_set_axis,
 )
+from klippy_ext.c_steppool cimport steppool_settle
 from klippy_ext.trapq cimport TrapQ
 
 
@@ -79,12 +80,14 @@ cdef class ShapedPath:
     def get_position(self, TrapQ tq, double time):
         """(x, y, z) of the path through what is planned."""
         cdef double[3] pos
+        steppool_settle()
         if shaper_get_position(self.path, tq.tq, time, pos):
             raise ValueError("nothing is planned")
         return pos[0], pos[1], pos[2]
 
     def check(self):
         """Raise AssertionError if an invariant does not hold (for tests)."""
+        steppool_settle()
         cdef int ret = shaper_path_check(self.path)
         if ret:
             raise AssertionError("shaper is inconsistent: %d" % (ret,))

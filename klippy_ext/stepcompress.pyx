@@ -29,6 +29,7 @@ from klippy_ext.c_stepcompress cimport (
     stepcompress_set_time,
     stephistory,
 )
+from klippy_ext.c_steppool cimport steppool_settle
 
 
 @cython.no_gc_clear
@@ -56,10 +57,12 @@ cdef class StepCompress:
         options.set_dir_tag = set_dir_tag
         options.invert_dir = bool(invert_dir)
         self.invert_dir = options.invert_dir
+        steppool_settle()
         stepcompress_configure(self.sc, &options)
 
     def set_time(self, double offset, double freq):
         """From now on clock = (print_time - offset) * freq."""
+        steppool_settle()
         stepcompress_set_time(self.sc, offset, freq)
 
     def reset(self, int64_t clock):
@@ -74,12 +77,14 @@ cdef class StepCompress:
         if direction not in (1, -1):
             raise ValueError("direction must be 1 or -1, not %d"
                              % (direction,))
+        steppool_settle()
         if times.shape[0]:
             raise_error(stepcompress_push(
                 self.sc, &times[0], times.shape[0], direction))
 
     def note_made(self, double print_time):
         """No step will be added before print_time."""
+        steppool_settle()
         stepcompress_note_made(self.sc, print_time)
 
     def queue_message(self, const uint8_t[::1] data, req_clock=None):
@@ -145,11 +150,13 @@ cdef class StepCompress:
     def get_counts(self):
         """(steps, runs) that were made into messages so far."""
         cdef uint64_t n_steps, n_runs
+        steppool_settle()
         stepcompress_get_counts(self.sc, &n_steps, &n_runs)
         return n_steps, n_runs
 
     def check(self):
         """Raise AssertionError if an invariant does not hold (for tests)."""
+        steppool_settle()
         cdef int ret = stepcompress_check(self.sc)
         if ret:
             raise AssertionError("stepcompress is inconsistent: %d" % (ret,))

@@ -18,16 +18,20 @@ from klippy_ext.c_steppersync cimport (
     steppersync_add,
     steppersync_check,
     steppersync_delete,
+    steppersync_finish,
     steppersync_flush,
     steppersync_generate,
     steppersync_get_failed,
     steppersync_new,
     steppersync_set_kinematics,
     steppersync_set_time,
+    steppersync_start,
 )
+from klippy_ext.c_steppool cimport steppool_settle
 from klippy_ext.itersolve cimport StepperKinematics, raise_error
 from klippy_ext.serialqueue cimport CommandQueue, SerialQueue
 from klippy_ext.stepcompress cimport StepCompress
+from klippy_ext.steppool cimport StepPool
 
 
 @cython.no_gc_clear
@@ -90,6 +94,7 @@ cdef class StepperSync:
             StepperKinematics kinematics=None):
         """Take part: a stepper, or (without kinematics) another emitter."""
         cdef itersolve *its = NULL
+        steppool_settle()
         if kinematics is not None:
             its = kinematics.get()
         if steppersync_add(self.ss, stepcompress.sc, its) < 0:
@@ -100,6 +105,7 @@ cdef class StepperSync:
                        StepperKinematics kinematics=None):
         """Let a stepper that was added move by these from now on."""
         cdef itersolve *its = NULL
+        steppool_settle()
         if kinematics is not None:
             its = kinematics.get()
         for number, (member, _) in enumerate(self.members):
@@ -126,6 +132,26 @@ cdef class StepperSync:
         if ret:
             self.raise_failure(ret, gen_time)
 
+    def start(self, StepPool pool not None, double gen_time, uint64_t clock):
+        """Ask a pool for what generate(gen_time), flush(clock) will need.
+
+        Nothing else may be done with this object before finish().
+        """
+        if steppersync_start(self.ss, pool.pool, gen_time, clock):
+            raise MemoryError()
+        pool.syncs.append(self)
+
+    def finish(self, double gen_time):
+        """All steps that start() asked for are made.
+
+        Raises what generate() would.
+        """
+        cdef int ret
+        with nogil:
+            ret = steppersync_finish(self.ss)
+        if ret:
+            self.raise_failure(ret, gen_time)
+
     cdef int raise_failure(self, int ret, double gen_time) except -1:
         cdef StepCompress member = self.members[
             steppersync_get_failed(self.ss)][0]
@@ -149,6 +175,7 @@ cdef class StepperSync:
 
     def check(self):
         """Raise AssertionError if an invariant does not hold (for tests)."""
+        steppool_settle()
         cdef int ret = steppersync_check(self.ss)
         if ret:
             raise AssertionError("steppersync is inconsistent: %d" % (ret,))

@@ -15,6 +15,8 @@ cdef class TrapMove:
     cdef public double start_v
     cdef public double cruise_v
     cdef public double accel
+    cdef public double turn
+    cdef public int normal
 
 
 cdef class TrapQ:

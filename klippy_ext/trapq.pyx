@@ -6,10 +6,11 @@ Units: mm, mm/s, mm/s^2, s; times are print_time.
 
 cimport cython
 from libc.errno cimport ENOMEM
-from libc.stdint cimport uintptr_t
+from libc.stdint cimport uint32_t, uintptr_t
 from libc.stdlib cimport free, malloc
 
 from klippy_ext.c_motionlock cimport motionlock_give, motionlock_take
+from klippy_ext.c_steppool cimport steppool_settle
 from klippy_ext.c_trapq cimport (
     trap_move,
     trap_record,
@@ -27,11 +28,15 @@ from klippy_ext.c_trapq cimport (
 
 
 cdef class TrapMove:
-    """One straight move: speed up, cruise, slow down.
+    """One straight move or arc: speed up, cruise, slow down.
 
     accel_t, cruise_t, decel_t: s.  start_x ... : mm.  axes_r_x ... : mm of
     the axis a mm of the move.  start_v, cruise_v: mm/s.  accel: mm/s^2, used
-    for both ends.  On an extruder's queue x is the filament, and axes_r_y is
+    for both ends.  turn: rad by which the direction turns each mm, 0 for a
+    straight line; normal (0, 1, 2): the axis around which it turns, positive
+    from x to y, y to z, z to x; axes_r is the direction at the start then.
+
+    On an extruder's queue x is the filament, and axes_r_y is
     not 0 where pressure advance applies.
     """
 
@@ -72,7 +77,8 @@ cdef class TrapQ:
     cpdef int append(self, double print_time, TrapMove move) except -1:
         """Add a move that begins at print_time.
 
-        Raises ValueError if a value is not finite or a time is negative.
+        Raises ValueError if a value is not finite, a time is negative or the
+        normal is no axis.
         """
         cdef trap_move m
         cdef int ret
@@ -88,6 +94,8 @@ cdef class TrapQ:
         m.start_v = move.start_v
         m.cruise_v = move.cruise_v
         m.accel = move.accel
+        m.turn = move.turn
+        m.normal = <uint32_t>move.normal
         motionlock_take()
         ret = trapq_add(self.tq, print_time, &m)
         motionlock_give()
@@ -108,10 +116,12 @@ cdef class TrapQ:
 
     def mark(self):
         """Allow that what is appended from here on is taken back."""
+        steppool_settle()
         trapq_mark(self.tq)
 
     def rewind(self):
         """Take back what was appended behind the mark; no steps are made of it."""
+        steppool_settle()
         trapq_rewind(self.tq)
 
     def finalize(self, double print_time, double clear_history_time):
@@ -124,7 +134,7 @@ cdef class TrapQ:
         """Moves that overlap the span of time, newest first, at most max.
 
         Each is (print_time, move_t, start_v, accel, start_x, y, z, x_r, y_r,
-        z_r).
+        z_r).  An arc is told as chords, no more than 0.005 mm off.
         """
         if max <= 0:
             return []
@@ -144,6 +154,7 @@ cdef class TrapQ:
 
     def check(self):
         """Raise AssertionError if an invariant does not hold (for tests)."""
+        steppool_settle()
         cdef int ret = trapq_check(self.tq)
         if ret:
             raise AssertionError("trapq is inconsistent: %d" % (ret,))
@@ -153,6 +164,6 @@ cdef int raise_error(int ret) except -1:
     if ret == -ENOMEM:
         raise MemoryError()
     if ret:
-        raise ValueError("a move's values must be finite and its times not"
-                         " negative")
+        raise ValueError("a move's values must be finite, its times not"
+                         " negative and its normal 0, 1 or 2")
     return 0

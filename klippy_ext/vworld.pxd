@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from klippy_ext.c_vworld cimport vlink, vmcu, voutput, vstep, vworld
+from klippy_ext.c_vworld cimport vedgelog, vlink, vmcu, voutput, vstep, vworld
 from klippy_ext.hostclock cimport HostClock
 
 
@@ -9,7 +9,9 @@ cdef class VirtualWorld(HostClock):
     cdef list mcus
     cdef list tickers
     cdef list queues
+    cdef list devices
     cdef bint is_running
+    cdef object failure
 
     cdef vworld *check_idle(self) except NULL
 
@@ -24,7 +26,12 @@ cdef class VirtualMcu:
     cdef readonly str name
     cdef readonly VirtualLink link
     cdef vmcu *mcu
+    cdef list spi_devices
+    cdef dict i2c_devices
 
+    cdef bytes exchange_spi(self, int bus, bytes data)
+    cdef bytes exchange_i2c(self, int bus, int address, bytes written, int read_len)
+    cdef int attach_buses(self) except -1
     cdef int check_pin(self, int pin) except -1
 
 
@@ -36,3 +43,8 @@ cdef class StepTrace:
 cdef class OutputTrace:
     cdef VirtualMcu owner
     cdef voutput *output
+
+
+cdef class EdgeTrace:
+    cdef VirtualMcu owner
+    cdef vedgelog *log

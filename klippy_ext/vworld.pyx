@@ -11,8 +11,10 @@ import struct
 import weakref
 
 cimport cython
-from libc.stdint cimport int64_t, uint8_t, uint64_t
+from cpython.ref cimport PyObject
+from libc.stdint cimport int32_t, int64_t, uint8_t, uint32_t, uint64_t
 from libc.stdlib cimport free, malloc
+from libc.string cimport memcpy, memset
 
 from klippy_ext.c_vworld cimport (
     VLINK_FROM_MCU,
@@ -21,6 +23,7 @@ from klippy_ext.c_vworld cimport (
     VWORLD_HOST,
     VWORLD_LIMIT,
     VWORLD_TICKER,
+    vedge,
     vlink_cut,
     vlink_faults,
     vlink_record,
@@ -31,6 +34,8 @@ from klippy_ext.c_vworld cimport (
     vmcu_time_at,
     voutput_read_duty,
     vpins_bind_switch,
+    vpins_new_log,
+    vpins_tap,
     vpins_watch_output,
     vpins_watch_step,
     vstep,
@@ -53,8 +58,10 @@ from klippy_ext.c_vworld cimport (
 # Mcus that share a switch follow each other this closely (s).
 SWITCH_SLICE = 20e-6
 DIRECTIONS = {VLINK_TO_MCU: "to_mcu", VLINK_FROM_MCU: "from_mcu"}
-FAULTS = ("flip", "drop", "insert", "double")
+FAULTS = ("flip", "drop", "insert", "double", "jitter_to", "jitter_from")
 RECORD_HEAD = struct.Struct("=dBI")
+# What an mcu is told when no device answers its address.
+NO_DEVICE = -6
 
 
 cdef class VirtualWorld(HostClock):
@@ -68,6 +75,7 @@ cdef class VirtualWorld(HostClock):
         self.mcus = []
         self.tickers = []
         self.queues = []
+        self.devices = []
 
     def __dealloc__(self):
         vworld_free(self.world)
@@ -103,6 +111,7 @@ cdef class VirtualWorld(HostClock):
             raise OSError(vworld_get_error(world).decode())
         mcu.world = self
         mcu.name = name
+        mcu.spi_devices, mcu.i2c_devices = [], {}
         mcu.link = VirtualLink.__new__(VirtualLink)
         mcu.link.world = self
         mcu.link.link = &mcu.mcu.link
@@ -133,6 +142,9 @@ cdef class VirtualWorld(HostClock):
             while True:
                 with nogil:
                     event = vworld_run(world, limit)
+                if self.failure is not None:
+                    failure, self.failure = self.failure, None
+                    raise failure
                 if event == VWORLD_TICKER:
                     self.tickers[vworld_get_ticker(world)](
                         vworld_get_now(world))
@@ -193,7 +205,8 @@ cdef class VirtualLink:
         """Set the probabilities a byte, 0 for those not named.
 
         flip: a bit changes; drop: it is lost; insert: a random byte comes
-        before it; double: it comes twice.
+        before it; double: it comes twice.  jitter_to, jitter_from: s, up to
+        which bytes are late at random on their way to, from the mcu.
         """
         cdef vlink_faults faults
         unknown = set(rates).difference(FAULTS)
@@ -204,6 +217,8 @@ cdef class VirtualLink:
         faults.drop = rates.get("drop", 0.)
         faults.insert = rates.get("insert", 0.)
         faults.twice = rates.get("double", 0.)
+        faults.jitter[VLINK_TO_MCU] = rates.get("jitter_to", 0.)
+        faults.jitter[VLINK_FROM_MCU] = rates.get("jitter_from", 0.)
         vlink_set_faults(self.link, &faults)
 
     def record(self, bint on=True):
@@ -231,6 +246,33 @@ cdef class VirtualLink:
                 (time, DIRECTIONS[direction], packed[pos:pos + length]))
             pos += length
         return entries
+
+
+cdef void serve_spi(void *ctx, uint32_t bus, uint8_t *buf,
+                    uint32_t length) noexcept with gil:
+    """The firmware transfers bytes over SPI; errors come out of advance()."""
+    cdef VirtualMcu mcu = <VirtualMcu>ctx
+    try:
+        answer = mcu.exchange_spi(bus, (<char *>buf)[:length])
+        memset(buf, 0xff, length)
+        memcpy(buf, <char *>answer, min(<uint32_t>len(answer), length))
+    except Exception as e:
+        mcu.world.failure = e
+
+
+cdef int32_t serve_i2c(void *ctx, uint32_t bus, uint8_t address, const uint8_t *wr,
+                       uint32_t wr_len, uint8_t *rd, uint32_t rd_len) noexcept with gil:
+    """The firmware talks to an I2C device; errors come out of advance()."""
+    cdef VirtualMcu mcu = <VirtualMcu>ctx
+    try:
+        answer = mcu.exchange_i2c(bus, address, (<const char *>wr)[:wr_len], rd_len)
+        if answer is None:
+            return NO_DEVICE
+        memcpy(rd, <char *>answer, min(<uint32_t>len(answer), rd_len))
+        return 0
+    except Exception as e:
+        mcu.world.failure = e
+    return NO_DEVICE
 
 
 @cython.no_gc_clear
@@ -322,6 +364,57 @@ cdef class VirtualMcu:
             raise MemoryError()
         trace.owner = self
         return trace
+
+    def watch_edges(self, pins):
+        """Keep every change of some outputs, in order, from now on."""
+        cdef EdgeTrace trace = EdgeTrace.__new__(EdgeTrace)
+        for pin in pins:
+            self.check_pin(pin)
+        trace.log = vpins_new_log(&self.mcu.pins)
+        if trace.log is NULL:
+            raise MemoryError()
+        for pin in pins:
+            if vpins_tap(&self.mcu.pins, trace.log, pin):
+                raise MemoryError()
+        trace.owner = self
+        return trace
+
+    cdef int attach_buses(self) except -1:
+        self.mcu.bus.ctx = <void *><PyObject *>self
+        self.mcu.bus.spi, self.mcu.bus.i2c = serve_spi, serve_i2c
+        # the mcu calls it for as long as the world lives
+        self.world.devices.append(self)
+        return 0
+
+    def add_spi_device(self, int bus, int cs_pin, exchange, *,
+                       bint cs_active_high=False):
+        """Connect a device to an SPI bus.
+
+        exchange(bytes) -> bytes is called for what is transferred while its chip
+        select is active.  What it raises comes out of advance().
+        """
+        self.check_pin(cs_pin)
+        self.spi_devices.append((bus, cs_pin, cs_active_high, exchange))
+        self.attach_buses()
+
+    cdef bytes exchange_spi(self, int bus, bytes data):
+        for device_bus, cs_pin, level, exchange in self.spi_devices:
+            if device_bus == bus and self.mcu.pins.pins[<int>cs_pin].level == level:
+                return exchange(data)
+        return b""
+
+    def add_i2c_device(self, int bus, int address, exchange):
+        """Connect a device to an I2C bus.
+
+        exchange(written: bytes, read_len) -> bytes, or None for no acknowledge.
+        What it raises comes out of advance().
+        """
+        self.i2c_devices[bus, address] = exchange
+        self.attach_buses()
+
+    cdef bytes exchange_i2c(self, int bus, int address, bytes written, int read_len):
+        exchange = self.i2c_devices.get((bus, address))
+        return None if exchange is None else exchange(written, read_len)
 
     def get_clock(self):
         """The mcu's clock now."""
@@ -423,3 +516,24 @@ cdef class OutputTrace:
         cdef VirtualMcu mcu = self.owner
         cdef uint64_t clock = mcu.get_clock()
         return voutput_read_duty(self.output, mcu.mcu.pins.epoch + clock)
+
+
+@cython.no_gc_clear
+cdef class EdgeTrace:
+    """Changes of outputs, one after the other."""
+
+    def take(self):
+        """[(clock, pin, fraction)] since the last take.
+
+        clock: ticks since the last power-up; fraction: 0.0 or 1.0 for a gpio, the
+        duty of a hardware pwm.  Raises MemoryError if some could not be kept.
+        """
+        cdef vedge *edge
+        if self.log.is_full:
+            raise MemoryError("the record of edges does not fit into memory")
+        edges = []
+        for i in range(self.log.used):
+            edge = &self.log.edges[i]
+            edges.append((edge.clock, edge.pin, edge.fraction))
+        self.log.used = 0
+        return edges

@@ -8,6 +8,7 @@
 #ifndef CLOCKEST_H
 #define CLOCKEST_H
 
+#include <math.h>
 #include <stdint.h>
 
 struct clockest {
@@ -44,6 +45,19 @@ clockest_extend(const struct clockest *ce, uint32_t clock32)
     int32_t diff = (int32_t)(clock32 - (uint32_t)ce->last_clock);
 
     return ce->last_clock + (uint64_t)(int64_t)diff;
+}
+
+/* 0, or a negative number that says which invariant does not hold. */
+static inline int
+clockest_check(const struct clockest *ce)
+{
+    if (!(ce->freq >= 0.) || !isfinite(ce->freq + ce->conv_time))
+        return -98;
+    if (!clockest_is_known(ce))
+        return 0;
+    /* what is estimated is told again */
+    return fabs(clockest_time_at(ce, ce->conv_clock) - ce->conv_time) > 1e-9
+        ? -99 : 0;
 }
 
 #endif

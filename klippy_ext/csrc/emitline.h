@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
- * Steps along a straight line whose places can be solved for: the stepper's
- * position after `s` mm of the line rises or falls, turns once at most, and
+ * Steps along a way whose places can be solved for: the stepper's
+ * position after `s` mm of it rises or falls, turns once at most, and
  * has an inverse in closed form.  Time then follows from the place.
  *
  * A kind gives two functions of its own line; all is inline, so that they
@@ -14,7 +14,7 @@
 
 #include "itersolve.h"
 
-enum { EMITLINE_BATCH = 64 };
+enum { EMITLINE_BATCH = 128 };
 
 /* Stepper position after s mm. */
 typedef double emitline_get(const void *line, double s);
@@ -22,17 +22,33 @@ typedef double emitline_get(const void *line, double s);
  * anything, if it is there nowhere. */
 typedef double emitline_solve(const void *line, double position, int dir);
 
-/* Time from the start of a segment to a place on it; 1e-300 is for 0 / 0. */
-static inline double
-emitline_solve_time(const struct trapseg *seg, double s)
-{
-    double inside = seg->start_v * seg->start_v + 4. * seg->half_accel * s;
+/* Calls of `get` and `solve` disappear: loops over steps have none, and are
+ * made of vectors where `solve` has no jumps. */
+#define EMITLINE_INLINE static inline __attribute__((always_inline))
 
-    return 2. * s / (seg->start_v + sqrt(fmax(inside, 0.)) + 1e-300);
+/* Turn places on the way into print_times between two. */
+static inline void
+emitline_time_places(const struct trapseg *seg, double *places, int n,
+                     double from, double to)
+{
+    double v = seg->start_v, v2 = v * v, four = 4. * seg->half_accel;
+    double start = seg->time, inv_v = 1. / v;
+
+    for (int i = 0; four == 0. && i < n; i++)
+        places[i] *= inv_v;
+    for (int i = 0; four != 0. && i < n; i++) {
+        double inside = v2 + four * places[i];
+        inside = inside > 0. ? inside : 0.;
+        places[i] = 2. * places[i] / (v + sqrt(inside) + 1e-300);
+    }
+    for (int i = 0; i < n; i++) {
+        double t = places[i] > from ? places[i] : from;
+        places[i] = start + (t < to ? t : to);
+    }
 }
 
 /* Steps between two times, between which the stepper keeps its direction. */
-static inline int
+EMITLINE_INLINE int
 emitline_monotone(struct itersolve *is, const struct trapseg *seg,
                   const void *line, emitline_get *get, emitline_solve *solve,
                   double from, double to)
@@ -46,23 +62,23 @@ emitline_monotone(struct itersolve *is, const struct trapseg *seg,
     int64_t count = itersolve_count_to(is, end, dir);
 
     while (count > 0 && !ret) {
-        double times[EMITLINE_BATCH];
+        double places[EMITLINE_BATCH];
         int n = count < EMITLINE_BATCH ? (int)count : EMITLINE_BATCH;
-        for (int i = 0; i < n; i++) {
-            double level = itersolve_get_level(is, i, dir);
-            double position = is->origin + level * is->step_dist;
-            double t = emitline_solve_time(seg, solve(line, position, dir));
-            times[i] = seg->time + fmin(fmax(t, from), to);
-        }
+        double first = is->origin
+            + itersolve_get_level(is, 0, dir) * is->step_dist;
+        double each = dir * is->step_dist;
+        for (int i = 0; i < n; i++)
+            places[i] = solve(line, first + each * i, dir);
+        emitline_time_places(seg, places, n, from, to);
         count -= n;
-        ret = itersolve_push(is, times, n, dir);
+        ret = itersolve_push(is, places, n, dir);
     }
     return ret;
 }
 
 /* Steps between two times; the stepper turns after `turn` mm, if that is
  * between them. */
-static inline int
+EMITLINE_INLINE int
 emitline_emit(struct itersolve *is, const struct trapseg *seg,
               const void *line, emitline_get *get, emitline_solve *solve,
               double turn, double from, double to)
@@ -72,7 +88,7 @@ emitline_emit(struct itersolve *is, const struct trapseg *seg,
 
     if (turn > trapseg_get_distance(seg, from)
         && turn < trapseg_get_distance(seg, to))
-        turn_time = fmin(fmax(emitline_solve_time(seg, turn), from), to);
+        turn_time = fmin(fmax(trapseg_solve_time(seg, turn), from), to);
     ret = emitline_monotone(is, seg, line, get, solve, from, turn_time);
     if (ret || turn_time >= to)
         return ret;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Scanner of plain G0/G1 lines; see gscan.h. */
 
+#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -180,4 +181,15 @@ gscan_line_length(const char *s, size_t len)
 {
     const char *newline = len ? memchr(s, '\n', len) : NULL;
     return newline ? (size_t)(newline - s) + 1 : 0;
+}
+
+int
+gscan_check(const struct gscan *g)
+{
+    if (g->mask >> 5)
+        return -100;
+    for (int i = 0; i < 5; i++)
+        if (g->mask & (1u << i) && !isfinite(g->value[i]))
+            return -101;
+    return 0;
 }

@@ -27,6 +27,9 @@ struct gscan {
 /* Returns 1 and fills out if the line is a plain move, else 0. */
 int gscan_line(const char *s, size_t len, struct gscan *out);
 
+/* 0, or a negative number if this is not what gscan_line() fills in. */
+int gscan_check(const struct gscan *g);
+
 /* Length of the line that starts at s, newline included; 0 if none ends. */
 size_t gscan_line_length(const char *s, size_t len);
 

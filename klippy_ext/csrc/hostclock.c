@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The real clock.  See hostclock.h. */
+#include <math.h>
 #include <time.h>
 
 #include "hostclock.h"
@@ -20,4 +21,16 @@ struct hostclock *
 hostclock_get_real(void)
 {
     return &real_clock;
+}
+
+int
+hostclock_check(const struct hostclock *hc)
+{
+    double first, second;
+
+    if (!hc->read)
+        return -96;
+    first = hostclock_now(hc);
+    second = hostclock_now(hc);
+    return first >= 0. && second >= first && isfinite(second) ? 0 : -97;
 }

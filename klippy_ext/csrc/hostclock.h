@@ -20,6 +20,9 @@ hostclock_now(const struct hostclock *hc)
     return hc->read(hc);
 }
 
+/* 0, or a negative number if it tells no time. */
+int hostclock_check(const struct hostclock *hc);
+
 /* The clock of the machine; static storage. */
 struct hostclock *hostclock_get_real(void);
 

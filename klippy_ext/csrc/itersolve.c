@@ -3,7 +3,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "arcfit.h"
 #include "itersolve.h"
+#include "pair.h"
 #include "shaper.h"
 #include "stepcompress.h"
 
@@ -69,8 +71,7 @@ double
 itersolve_find_active(const struct itersolve *is, double until)
 {
     const struct trapq *tq = is->tq;
-    double ahead = is->path ? is->path->pre : 0.;
-    double from = is->done_time - (is->path ? is->path->post : 0.);
+    double ahead = is->scan_post, from = is->done_time - is->scan_pre;
 
     if (!tq)
         return 0.;
@@ -115,30 +116,39 @@ itersolve_align(struct itersolve *is, double time, double steps)
     return push_jump(is, time, steps);
 }
 
-/* Times at which x = speed * t + half_accel * t^2 reaches first, first + 1,
- * ...; speed and the way are not negative.  This form of the root does not
- * cancel; 1e-300 is for 0 / 0. */
-static void
-solve_batch(double *times, int n, double first, double speed,
-            double half_accel)
-{
-    double speed2 = speed * speed, four = 4. * half_accel;
+/* A way of speed * t + half_accel * t^2 that never turns, from a print_time on
+ * and for so long; neither is negative. */
+struct way {
+    double speed, half_accel, start, duration;
+};
 
-    for (int i = 0; i < n; i++) {
-        double way = first + (double)i;
-        double inside = speed2 + four * way;
-        inside = inside > 0. ? inside : 0.;
-        times[i] = 2. * way / (speed + sqrt(inside) + 1e-300);
+/* print_times at which the way comes to first, first + 1, ...; one more may be
+ * written.  This form of the root does not cancel; 1e-300 is for 0 / 0. */
+static void
+solve_batch(double *times, int n, double first, const struct way *w)
+{
+    double speed = w->speed + 1e-300, speed2 = w->speed * w->speed;
+    double four = 4. * w->half_accel, start = w->start, most = w->duration;
+    pair number = { 0., 1. };
+
+    for (int i = 0; i < n; i += 2, number += 2.) {
+        pair x = number + first;
+        pair root = pair_sqrt(pair_max(four * x + speed2, pair_of(0.)));
+        pair_store(times + i, pair_clamp((x + x) / (root + speed), most)
+                              + start);
     }
 }
 
+/* As solve_batch(), at a constant speed. */
 static void
-place_batch(double *times, int n, double start, double duration)
+solve_even(double *times, int n, double first, const struct way *w)
 {
-    for (int i = 0; i < n; i++) {
-        double t = times[i] > 0. ? times[i] : 0.;
-        times[i] = start + (t < duration ? t : duration);
-    }
+    double each = 1. / w->speed, start = w->start, most = w->duration;
+    pair number = { 0., 1. };
+
+    for (int i = 0; i < n; i += 2, number += 2.)
+        pair_store(times + i, pair_clamp((number + first) * each, most)
+                              + start);
 }
 
 /* The part of q between `from` and `to`, on which it never turns. */
@@ -152,13 +162,18 @@ emit_monotone(struct itersolve *is, const struct quadratic *q, double from,
     int ret = itersolve_align(is, q->time + from, begin);
     int64_t count = itersolve_count_to(is, end, dir);
     double first = dir * (itersolve_get_level(is, 0, dir) - begin);
-    double speed = fmax(dir * (q->p1 + 2. * q->p2 * from), 0.);
+    struct way w = {
+        fmax(dir * (q->p1 + 2. * q->p2 * from), 0.), dir * q->p2,
+        q->time + from, to - from,
+    };
 
     for (int64_t done = 0; done < count && !ret; done += BATCH) {
         double times[BATCH];
         int n = count - done < BATCH ? (int)(count - done) : BATCH;
-        solve_batch(times, n, first + (double)done, speed, dir * q->p2);
-        place_batch(times, n, q->time + from, to - from);
+        if (q->p2 == 0.)
+            solve_even(times, n, first + (double)done, &w);
+        else
+            solve_batch(times, n, first + (double)done, &w);
         ret = itersolve_push(is, times, n, dir);
     }
     return ret;
@@ -178,6 +193,18 @@ itersolve_emit_quadratic(struct itersolve *is, const struct quadratic *q,
 }
 
 static int
+emit_segment(struct itersolve *is, const struct trapseg *seg, double from,
+             double to)
+{
+    const struct itersolve_kind *kind = is->kind;
+
+    if (seg->turn == 0.)
+        return kind->emit(is, seg, from, to);
+    return kind->emit_arc ? kind->emit_arc(is, seg, from, to)
+                          : arcfit_emit(is, seg, from, to);
+}
+
+static int
 emit_segments(struct itersolve *is, double start, double end)
 {
     const struct trapq *tq = is->tq;
@@ -192,7 +219,7 @@ emit_segments(struct itersolve *is, double start, double end)
         if (seg->time >= end)
             break;
         if (to > from && itersolve_is_moved_by(is, seg))
-            ret = is->kind->emit(is, seg, from, to);
+            ret = emit_segment(is, seg, from, to);
     }
     return ret;
 }

@@ -41,6 +41,9 @@ struct itersolve_kind {
     /* Make the steps of a segment between two times from its start. */
     int (*emit)(struct itersolve *is, const struct trapseg *seg,
                 double from, double to);
+    /* As emit, of an arc; or NULL, which has it fitted by arcfit_emit(). */
+    int (*emit_arc)(struct itersolve *is, const struct trapseg *seg,
+                    double from, double to);
     /* Instead of emit, where it depends on more than one segment; or NULL. */
     int (*emit_range)(struct itersolve *is, double start, double end);
     /* As itersolve_check(), for what is its own; or NULL. */
@@ -49,6 +52,7 @@ struct itersolve_kind {
     void (*get_weights)(const struct itersolve *is, double weights[3],
                         double *offset);
     double period;              /* of positions that are angles; or 0 */
+    double core;                /* mm from x = y = 0: see shapercore.h; or 0 */
 };
 
 /* First member of every kinematics. */
@@ -103,6 +107,8 @@ itersolve_is_moved_by(const struct itersolve *is, const struct trapseg *seg)
         | (seg->axes_r[1] != 0. ? ITERSOLVE_Y : 0u)
         | (seg->axes_r[2] != 0. ? ITERSOLVE_Z : 0u);
 
+    if (seg->turn != 0.)
+        axes |= 7u & ~(1u << seg->normal);
     return (axes & is->active_axes) != 0;
 }
 

@@ -2,7 +2,8 @@
  * Linear delta kinematics.  See kin_delta.h. */
 #include <stdlib.h>
 
-#include "emitline.h"
+#include "arcfit.h"
+#include "emitarc.h"
 #include "kin_delta.h"
 
 /* A line of the nozzle as the tower sees it; height() below is the carriage's
@@ -64,8 +65,8 @@ find_top(const struct line *l)
 }
 
 /* Distance at which the carriage comes to `height`, before the top (dir 1) or
- * after it (dir -1). */
-static double
+ * after it (dir -1): the root that does not cancel. */
+static inline double
 solve_distance(const void *line, double height, int dir)
 {
     const struct line *l = line;
@@ -73,11 +74,11 @@ solve_distance(const void *line, double height, int dir)
     double a = l->flat2 + l->slope_z * l->slope_z;
     double b = up * l->slope_z + l->toward;
     double c = up * up - l->reach2;
-    double root = sqrt(fmax(b * b - a * c, 0.));
+    double inside = b * b - a * c, way = dir * b;
+    double root = sqrt(inside > 0. ? inside : 0.);
+    double share = way > 0. ? c : way - root;
 
-    if (dir > 0)
-        return b > 0. ? c / (b + root) : (b - root) / a;
-    return b < 0. ? c / (b - root) : (b + root) / a;
+    return dir * share / (way > 0. ? way + root : a);
 }
 
 static int
@@ -92,8 +93,69 @@ emit(struct itersolve *is, const struct trapseg *seg, double from, double to)
                          find_top(&l), from, to);
 }
 
+/* An arc at one height: what is under the root is a projection. */
+struct flat_arc {
+    struct arc arc;
+    double z;
+};
+
+static double
+get_arc_height(const void *arc, double s)
+{
+    const struct flat_arc *f = arc;
+
+    return f->z + sqrt(fmax(emitarc_get(&f->arc, s), 0.));
+}
+
+static double
+solve_arc(const void *arc, double height, int dir)
+{
+    const struct flat_arc *f = arc;
+    double up = height - f->z;
+
+    return emitarc_solve(&f->arc, up * up, dir);
+}
+
+static int
+emit_arc(struct itersolve *is, const struct trapseg *seg, double from,
+         double to)
+{
+    const struct kin_delta *k = (const struct kin_delta *)is;
+    const double *r = seg->axes_r;
+    double sign = seg->turn > 0. ? 1. : -1.;
+    /* From the centre to the start, and to the tower */
+    double arm_x = r[1] / seg->turn, arm_y = -r[0] / seg->turn;
+    double dx = k->tower_x - seg->start[0] + arm_x;
+    double dy = k->tower_y - seg->start[1] + arm_y;
+    struct flat_arc f = { .z = seg->start[2] };
+
+    if (trapseg_is_rest(seg))
+        return 0;
+    f.arc.swing = 2. * hypot(arm_x, arm_y) * hypot(dx, dy);
+    if (seg->normal != 2 || r[2] != 0. || k->y_share != 1.
+        || f.arc.swing == 0.)
+        return arcfit_emit(is, seg, from, to);
+    f.arc.rate = fabs(seg->turn);
+    f.arc.middle = k->arm2 - dx * dx - dy * dy - arm_x * arm_x
+        - arm_y * arm_y;
+    f.arc.top = sign * (atan2(dy, dx) - atan2(arm_y, arm_x));
+    return emitarc_emit(is, seg, &f.arc, get_arc_height, solve_arc, from,
+                        to);
+}
+
+static int
+check(const struct itersolve *is)
+{
+    const struct kin_delta *k = (const struct kin_delta *)is;
+
+    if (!(k->arm2 > 0.) || !isfinite(k->tower_x + k->tower_y))
+        return -60;
+    return k->y_share == 0. || k->y_share == 1. ? 0 : -61;
+}
+
 static const struct itersolve_kind kind = {
-    .get_position = get_position, .emit = emit,
+    .get_position = get_position, .emit = emit, .emit_arc = emit_arc,
+    .check = check,
 };
 
 struct kin_delta *

@@ -9,14 +9,16 @@
  * segments (advancebend.h).  The drive is where all this tells for time_offset
  * later.  Without a lead nothing is averaged.
  *
- * Exact but for the bend: between the moments at which the middle or an end of
- * the window meets a border of segments, the averages are one polynomial of
- * degree four; far from borders, of degree two.
+ * With a shaper the filament of each axis is averaged as the axis itself
+ * (driveplan.h), too, so that it comes where and when the nozzle does.
+ *
+ * Exact but for the bend and smooth kernels, which are fitted: the averages are
+ * polynomials that follow each other (kinkpath.h).
  */
 #ifndef KIN_EXTRUDER_H
 #define KIN_EXTRUDER_H
 
-#include "advancelist.h"
+#include "driveplan.h"
 
 /* An offset that goes to 0 in even steps until a time; mm, print_time. */
 struct fading {
@@ -28,6 +30,8 @@ struct kin_extruder {
     struct advance_list settings;
     struct advance_state state; /* at is.done_time */
     struct fading fading;
+    struct drive_plan plan;
+    struct drive_path path;     /* by `state` */
 };
 
 /* As kin_linear_new(). */
@@ -44,5 +48,11 @@ int kin_extruder_set_model(struct kin_extruder *k, double print_time,
 /* A linear model without time offset. */
 int kin_extruder_set_advance(struct kin_extruder *k, double print_time,
                              double advance, double smooth_time);
+/* Be shaped as the axes of a path (copied) on the moves of `head`; NULL for
+ * neither.  All steps must be made, and the filament must rest as far as the
+ * old and the new averages look. */
+void kin_extruder_set_shaper(struct kin_extruder *k,
+                             const struct shaper_path *path,
+                             const struct trapq *head);
 
 #endif

@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arcfit.h"
+#include "emitarc.h"
 #include "kin_linear.h"
 #include "shaper.h"
 
@@ -35,6 +37,44 @@ emit(struct itersolve *is, const struct trapseg *seg, double from, double to)
     return itersolve_emit_quadratic(is, &q, from, to);
 }
 
+static double
+get_projection(const void *arc, double s)
+{
+    return emitarc_get(arc, s);
+}
+
+static double
+solve_projection(const void *arc, double position, int dir)
+{
+    return emitarc_solve(arc, position, dir);
+}
+
+/* A stepper that sees the arc from its plane moves as cosine. */
+static int
+emit_arc(struct itersolve *is, const struct trapseg *seg, double from,
+         double to)
+{
+    const double *c = ((const struct kin_linear *)is)->coeffs;
+    const double *r = seg->axes_r;
+    uint32_t n = seg->normal, a = (n + 1) % 3, b = (n + 2) % 3;
+    double along = (c[a] * r[a] + c[b] * r[b]) / fabs(seg->turn);
+    double aside = (c[b] * r[a] - c[a] * r[b]) / seg->turn;
+    struct arc arc = {
+        .rate = fabs(seg->turn), .swing = hypot(along, aside),
+        .middle = get_position(is, seg->start) + aside,
+        .top = atan2(along, -aside),
+    };
+
+    if (c[a] == 0. && c[b] == 0.)
+        return emit(is, seg, from, to);
+    if (c[n] * r[n] != 0.)
+        return arcfit_emit(is, seg, from, to);
+    if (trapseg_is_rest(seg) || arc.swing == 0.)
+        return 0;
+    return emitarc_emit(is, seg, &arc, get_projection, solve_projection,
+                        from, to);
+}
+
 static void
 get_weights(const struct itersolve *is, double weights[3], double *offset)
 {
@@ -44,8 +84,22 @@ get_weights(const struct itersolve *is, double weights[3], double *offset)
     *offset = k->offset;
 }
 
+static int
+check(const struct itersolve *is)
+{
+    const struct kin_linear *k = (const struct kin_linear *)is;
+
+    for (int i = 0; i < 3; i++)
+        if (!isfinite(k->coeffs[i])
+            || (k->coeffs[i] != 0.) != (is->active_axes >> i & 1u))
+            return -60;
+    return isfinite(k->offset) ? 0 : -61;
+}
+
 static const struct itersolve_kind kind = {
-    .get_position = get_position, .emit = emit, .get_weights = get_weights,
+    .get_position = get_position, .emit = emit, .emit_arc = emit_arc,
+    .get_weights = get_weights,
+    .check = check,
 };
 
 void

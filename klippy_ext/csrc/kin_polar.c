@@ -120,7 +120,7 @@ static double
 find_time(const struct trapseg *seg, double s, double from, double to)
 {
     return s <= 0. ? from
-        : fmin(fmax(emitline_solve_time(seg, s), from), to);
+        : fmin(fmax(trapseg_solve_time(seg, s), from), to);
 }
 
 static int
@@ -148,8 +148,21 @@ emit(struct itersolve *is, const struct trapseg *seg, double from, double to)
     return ret;
 }
 
+static int
+check(const struct itersolve *is)
+{
+    const struct kin_polar *k = (const struct kin_polar *)is;
+
+    if (!isfinite(k->turn_time + k->turn_place + k->turn_angle))
+        return -62;
+    /* a turn begins within steps made, at a place on its segment */
+    return k->turn_time > is->done_time || k->turn_place < 0. ? -63 : 0;
+}
+
 static const struct itersolve_kind kind = {
     .get_position = get_position, .emit = emit, .period = TURN,
+    .check = check,
+    .core = KIN_POLAR_CORE,
 };
 
 struct kin_polar *

@@ -138,8 +138,20 @@ emit(struct itersolve *is, const struct trapseg *seg, double from, double to)
         to);
 }
 
+static int
+check(const struct itersolve *is)
+{
+    const struct kin_rotary_delta *k = (const struct kin_rotary_delta *)is;
+
+    if (!(k->upper > 0. && k->lower2 > 0.)
+        || !isfinite(k->shoulder_radius + k->shoulder_height))
+        return -60;
+    return fabs(hypot(k->cosine, k->sine) - 1.) < 1e-12 ? 0 : -61;
+}
+
 static const struct itersolve_kind kind = {
     .get_position = get_position, .emit = emit,
+    .check = check,
 };
 
 struct kin_rotary_delta *

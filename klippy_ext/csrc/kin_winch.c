@@ -66,8 +66,19 @@ emit(struct itersolve *is, const struct trapseg *seg, double from, double to)
                          -l.along / l.flat2, from, to);
 }
 
+static int
+check(const struct itersolve *is)
+{
+    const struct kin_winch *k = (const struct kin_winch *)is;
+
+    if (!isfinite(k->anchor[0] + k->anchor[1] + k->anchor[2]))
+        return -60;
+    return k->z_share == 0. || k->z_share == 1. ? 0 : -61;
+}
+
 static const struct itersolve_kind kind = {
     .get_position = get_position, .emit = emit,
+    .check = check,
 };
 
 static struct kin_winch *

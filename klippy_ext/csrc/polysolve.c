@@ -2,55 +2,125 @@
  * Steps of polynomials.  See polysolve.h. */
 #include <math.h>
 
+#include "pair.h"
 #include "polysolve.h"
 
 /* Tolerance of times (s) and the most rounds to get there. */
 #define TIME_EPSILON 1e-12
-enum { ROUNDS_MAX = 60, BATCH = 64 };
+enum { ROUNDS_MAX = 60, ROUNDS_BATCH = 3, BATCH = 64 };
 
-static double
+static inline double
 get_value(const double p[5], double t)
 {
     return p[0] + t * (p[1] + t * (p[2] + t * (p[3] + t * p[4])));
 }
 
-static double
+static inline double
 get_slope(const double p[5], double t)
 {
     return p[1] + t * (2. * p[2] + t * (3. * p[3] + t * 4. * p[4]));
 }
 
-static double
+static inline double
 get_bend(const double p[5], double t)
 {
     return 2. * p[2] + t * (6. * p[3] + t * 12. * p[4]);
 }
 
-/* The t in [low, high] at which f comes to `level`, where dir * f rises.
+/* How far off (s) a step of Newton's may leave a root: bend is more than the
+ * second derivative anywhere. */
+static inline int
+is_near(double by, double rate, double bend)
+{
+    return by * by * bend <= 2. * TIME_EPSILON * fabs(rate)
+        || fabs(by) <= TIME_EPSILON;
+}
+
+/* The t in [low, high] at which p, which rises there, comes to `level`.
  * Newton's step, replaced by halving when it leaves what is left. */
 static double
-solve(double (*f)(const double *, double), double (*slope)(const double *,
-                                                           double),
-      const double p[5], double level, int dir, double low, double high,
-      double guess)
+solve(const double p[5], double level, double low, double high,
+      double guess, double bend)
 {
     double t = guess;
 
     for (int i = 0; i < ROUNDS_MAX && high - low > TIME_EPSILON; i++) {
-        double off = dir * (f(p, t) - level);
-        double rate = dir * slope(p, t), next;
+        double off = get_value(p, t) - level;
+        double rate = get_slope(p, t), by;
         if (off > 0.)
             high = t;
         else
             low = t;
-        next = t - off / rate;
-        if (!(next > low && next < high))
-            next = .5 * (low + high);
-        if (fabs(next - t) < TIME_EPSILON)
-            return next;
-        t = next;
+        by = -off / rate;
+        if (t + by >= low && t + by <= high && is_near(by, rate, bend))
+            return t + by;
+        t = t + by > low && t + by < high ? t + by : .5 * (low + high);
     }
     return t;
+}
+
+/* More than the second derivative is anywhere up to `to`. */
+static double
+find_bend(const double p[5], double to)
+{
+    return 2. * fabs(p[2])
+        + to * (6. * fabs(p[3]) + to * 12. * fabs(p[4]));
+}
+
+/* As get_value() and get_slope(). */
+static inline pair
+get_values(const double p[5], pair t, pair *slope)
+{
+    pair value = p[3] + p[4] * t, rate = value + p[4] * t;
+
+    value = p[2] + value * t;
+    rate = value + rate * t;
+    value = p[1] + value * t;
+    *slope = value + rate * t;
+    return p[0] + value * t;
+}
+
+/* Newton's steps to where p comes to two levels.  Those whose signs are set are
+ * not yet near enough. */
+static inline pair
+approach(const double p[5], pair level, pair t, double from, double to,
+         double bend, pair_mask *signs)
+{
+    for (int round = 0; round < ROUNDS_BATCH; round++) {
+        pair at = pair_min(pair_max(t, pair_of(from)), pair_of(to)), rate;
+        pair by = level - get_values(p, at, &rate);
+        by /= rate;
+        t = at + by;
+        *signs = pair_compare(2. * TIME_EPSILON * rate, by * by * bend);
+        if (!pair_is_less(*signs))
+            break;
+    }
+    return t;
+}
+
+/* Times in [from, to] at which p, which rises there, comes to first, first + 1,
+ * ...  One more may be written. */
+static void
+solve_batch(double *t, int n, const double p[5], double first, double from,
+            double to, double bend)
+{
+    double begin = get_value(p, from), speed = get_slope(p, from), low = from;
+    double twice = 2. * get_bend(p, from), speed2 = speed * speed;
+    pair number = { 0., 1. };
+
+    for (int i = 0; i < n; i += 2, number += 2.) {
+        pair level = number + first, way = level - begin, guess;
+        pair_mask signs;
+        guess = pair_sqrt(pair_max(speed2 + twice * way, pair_of(0.)));
+        guess = from + (way + way) / (guess + (speed + 1e-300));
+        pair_store(t + i, approach(p, level, guess, from, to, bend, &signs));
+        for (int k = i; k < i + 2 && k < n; k++) {
+            if (signs[k - i] < 0 || !(t[k] >= low && t[k] <= to))
+                t[k] = solve(p, first + (double)k, low, to, .5 * (low + to),
+                             bend);
+            low = t[k];
+        }
+    }
 }
 
 static int
@@ -61,25 +131,18 @@ emit_monotone(struct itersolve *is, const struct quartic *q, double from,
     int dir = end >= begin ? 1 : -1;
     int ret = itersolve_align(is, q->time + from, begin);
     int64_t count = itersolve_count_to(is, end, dir);
-    double t = from;
+    double t = from, bend = find_bend(q->p, to), p[5];
 
+    for (int i = 0; i < 5; i++)
+        p[i] = dir * q->p[i];
     while (count > 0 && !ret) {
         double times[BATCH];
         int n = count < BATCH ? (int)count : BATCH;
-        for (int i = 0; i < n; i++) {
-            double level = itersolve_get_level(is, i, dir);
-            double speed = dir * get_slope(q->p, t);
-            double way = dir * (level - get_value(q->p, t));
-            double inside = speed * speed
-                + 2. * dir * get_bend(q->p, t) * way;
-            double guess = t + 2. * way
-                / (speed + sqrt(fmax(inside, 0.)) + 1e-300);
-            if (!(guess >= t && guess <= to))
-                guess = .5 * (t + to);
-            t = way > 0. ? solve(get_value, get_slope, q->p, level, dir, t,
-                                 to, guess) : t;
-            times[i] = q->time + t;
-        }
+        solve_batch(times, n, p, dir * itersolve_get_level(is, 0, dir), t,
+                    to, bend);
+        t = times[n - 1];
+        for (int i = 0; i < n; i++)
+            times[i] += q->time;
         count -= n;
         ret = itersolve_push(is, times, n, dir);
     }
@@ -109,6 +172,20 @@ find_zeros(double a, double b, double c, double duration, double zeros[2])
     return n;
 }
 
+/* The time at which the direction changes, once between two. */
+static double
+find_turn(const double p[5], double low, double high)
+{
+    /* The slope as a polynomial of its own */
+    double slope[5] = { p[1], 2. * p[2], 3. * p[3], 4. * p[4], 0. };
+
+    if (get_value(slope, high) < get_value(slope, low))
+        for (int i = 0; i < 4; i++)
+            slope[i] = -slope[i];
+    return solve(slope, 0., low, high, .5 * (low + high),
+                 find_bend(slope, high));
+}
+
 /* Times at which the direction changes, in order; at most 3. */
 static int
 find_turns(const double p[5], double duration, double *turns)
@@ -116,6 +193,8 @@ find_turns(const double p[5], double duration, double *turns)
     double edges[4] = { 0. };
     int n_edges = 1, n = 0;
 
+    if (fabs(p[1]) > duration * find_bend(p, duration))
+        return 0;
     n_edges += find_zeros(2. * p[2], 6. * p[3], 12. * p[4], duration,
                           edges + 1);
     edges[n_edges] = duration;
@@ -124,9 +203,7 @@ find_turns(const double p[5], double duration, double *turns)
         double after = get_slope(p, edges[i + 1]);
         if ((before < 0.) == (after < 0.))
             continue;
-        turns[n++] = solve(get_slope, get_bend, p, 0.,
-                           after > before ? 1 : -1, edges[i], edges[i + 1],
-                           .5 * (edges[i] + edges[i + 1]));
+        turns[n++] = find_turn(p, edges[i], edges[i + 1]);
     }
     return n;
 }

@@ -24,3 +24,16 @@ qfifo_clear(struct qfifo *f)
     while ((m = qfifo_pop(f)) != NULL)
         qmsg_free(m);
 }
+
+int
+qfifo_check(const struct qfifo *f)
+{
+    const struct qmsg *last = NULL;
+
+    for (const struct qmsg *m = f->head; m; m = m->next) {
+        if (m->len > sizeof(m->data))
+            return -72;
+        last = m;
+    }
+    return last == f->tail ? 0 : -73;
+}

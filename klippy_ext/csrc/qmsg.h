@@ -95,5 +95,7 @@ qfifo_join(struct qfifo *dst, struct qfifo *src)
 
 /* Free every message of the fifo. */
 void qfifo_clear(struct qfifo *f);
+/* 0, or a negative number that says which invariant does not hold. */
+int qfifo_check(const struct qfifo *f);
 
 #endif

@@ -25,7 +25,8 @@
 #ifndef RUNFIT_H
 #define RUNFIT_H
 
-#include <stdint.h>
+#include "runline.h"
+#include "runtrack.h"
 
 enum {
     RUNFIT_STORE = 1024,        /* windows that wait for a decision */
@@ -41,23 +42,17 @@ struct steprun {
     int16_t add;
 };
 
-/* One add, the intervals that meet all windows so far, and where the steps
- * are with the least and the greatest of them. */
-struct runfit_track {
-    int64_t add, interval_lo, interval_hi;
-    int64_t clock_lo, clock_hi; /* of the newest step, from start */
-    int64_t ahead_lo, ahead_hi; /* from there to the step after */
-};
-
 struct runfit {
     int64_t start;
-    int64_t n_tracked, tracked_mid;     /* steps of the run in tracks */
+    int64_t n_tracked;          /* steps of the run in tracks */
+    double tracked_mid;         /* wanted clock of the last of them */
     int first, end;             /* stored windows that belong to no run */
     int last_count;             /* length of the last run: a guess */
     int n_tracks;               /* 0: no run is tracked */
-    struct runfit_track tracks[RUNFIT_TRACKS];
-    int64_t wanted[RUNFIT_STORE];
-    uint32_t error[RUNFIT_STORE];
+    struct runtrack tracks[RUNFIT_TRACKS];
+    struct runline line;        /* gates of the run that is chosen */
+    /* Whole numbers.  Loops may look at or write two more. */
+    double wanted[RUNFIT_STORE + 2], error[RUNFIT_STORE + 2];
 };
 
 /* Forget everything; the next run counts from this clock. */
@@ -65,7 +60,7 @@ void runfit_reset(struct runfit *f, int64_t start);
 
 /* Add the next step's window; not when full. */
 static inline void
-runfit_put(struct runfit *f, int64_t wanted, uint32_t error)
+runfit_put(struct runfit *f, double wanted, double error)
 {
     f->wanted[f->end] = wanted;
     f->error[f->end++] = error;

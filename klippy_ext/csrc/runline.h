@@ -10,14 +10,26 @@
 #ifndef RUNLINE_H
 #define RUNLINE_H
 
-#include <stdint.h>
+#include "runcurve.h"
 
 enum { RUNLINE_MAX = 256 };
 
-/* Number of gates, of n (at most RUNLINE_MAX), that one line gets through;
- * *slope is in the middle of what is possible (0 for less than 2).
- * wanted, error: windows in order; start: clock before the first. */
-int runline_aim(const int64_t *wanted, const uint32_t *error, int64_t start,
-                int n, double *slope);
+/* The gates of the next windows, as far as they were asked for. */
+struct runline {
+    struct runview view;
+    int n;
+    double low[RUNLINE_MAX], high[RUNLINE_MAX];
+};
+
+/* No gates yet. */
+void runline_init(struct runline *l, const struct runview *view);
+/* Number of gates, of n (at most RUNLINE_MAX), that one line gets through, as
+ * far as every `every`-th of them tells; *slope is in the middle of what is
+ * possible (0 for no more than `every`). */
+int runline_aim(struct runline *l, int n, int every, double *slope);
+/* How many of the first n gates a line of this add and any whole interval gets
+ * through (but for rounding), and the least and greatest of these. */
+int runline_find_intervals(struct runline *l, double add, int n, double *least,
+                           double *most);
 
 #endif

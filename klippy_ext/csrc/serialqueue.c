@@ -14,9 +14,12 @@ serialqueue__new(struct hostclock *clock, const struct sqdriver *driver)
 
     if (!sq)
         return NULL;
+    if (sqcore_init(&sq->core)) {
+        free(sq);
+        return NULL;
+    }
     sq->clock = clock;
     sq->driver = driver;
-    sqcore_init(&sq->core);
     pthread_mutex_init(&sq->lock, NULL);
     pthread_mutex_init(&sq->reader_lock, NULL);
     pthread_cond_init(&sq->arrived, NULL);
@@ -286,6 +289,8 @@ serialqueue_check(struct serialqueue *sq)
 
     pthread_mutex_lock(&sq->lock);
     ret = sqcore_check(&sq->core);
+    if (!ret)
+        ret = qfifo_check(&sq->pulled);
     pthread_mutex_unlock(&sq->lock);
     return ret;
 }

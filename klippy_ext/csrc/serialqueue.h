@@ -55,7 +55,8 @@ int serialqueue_send(struct serialqueue *sq, struct cmdqueue *cq,
                      const uint8_t *data, size_t len, uint64_t min_clock,
                      uint64_t req_clock, uint64_t notify_id);
 /* Next received message or completion, the caller's to free; NULL when there
- * is none (wait false) or the queue is closed. */
+ * is none (wait false) or the queue is closed.  One with neither payload nor
+ * notify_id says that there was no memory, and messages of the mcu are lost. */
 struct qmsg *serialqueue_pull(struct serialqueue *sq, int wait);
 int serialqueue_has_input(struct serialqueue *sq);
 

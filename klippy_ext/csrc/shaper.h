@@ -5,10 +5,10 @@
  *
  * Each axis has impulses, x(t) = sum of weight[i] * planned(t - delay[i]), or a
  * kernel w, x(t) = integral from -1 to 1 of w(u) * planned(t - u * half).
- * Delays may be negative: the average is centred.  Where only impulses are
- * used and the kinematics are linear, the path is a polynomial of degree two
- * between the borders of segments, and step times have a closed form; all
- * else is fitted by polynomials of degree four.
+ * Delays may be negative: the average is centred.  What comes out are
+ * polynomials (kinkpath.h): of degree two where impulses are used, so that step
+ * times of linear kinematics have a closed form; all else is fitted by
+ * polynomials of degree four.
  *
  * Units: mm, s, print_time.  A path belongs to one stepper.
  */
@@ -16,42 +16,19 @@
 #define SHAPER_H
 
 #include "itersolve.h"
-
-enum {
-    SHAPER_IMPULSES_MAX = 5,
-    SHAPER_COEFFS_MAX = 16,
-    SHAPER_TAPS_MAX = 3 * SHAPER_IMPULSES_MAX,
-};
+#include "kinkpath.h"
 
 #define SHAPER_ERROR 1e-8       /* mm (or radians), of fits */
 
-/* Neither impulses nor coefficients: the axis is not shaped. */
-struct shaper_axis {
-    int n_impulses;
-    double weights[SHAPER_IMPULSES_MAX];        /* their sum is 1 */
-    double delays[SHAPER_IMPULSES_MAX];         /* s */
-    int n_coeffs;
-    double coeffs[SHAPER_COEFFS_MAX];   /* of w by power of u; integral 1 */
-    double half;                        /* s */
-};
-
-/* A place of the plan that the path depends on, with what is planned there
- * until `end`: p + (v + h * t) * t after `begin`, times of the path. */
-struct shaper_tap {
-    double delay, weight[3];    /* weights are 0 at the ends of a kernel */
-    uint64_t cursor;
-    double begin, end;
-    double p[3], v[3], h[3];
-};
-
 struct shaper_path {
     struct shaper_axis axes[3];
-    double moments[3][3][SHAPER_COEFFS_MAX + 3];
-    int n_taps;
-    uint32_t kernel_axes;       /* ITERSOLVE_X ... */
-    struct shaper_tap taps[SHAPER_TAPS_MAX];
+    struct reply replies[3];
     double pre, post;           /* s of the plan needed around a time */
     double barrier;             /* what was before this does not count */
+    double weights[3][3];       /* of the axes, by channel of `kinks` */
+    struct kink_source source;
+    struct kinkpath kinks;
+    int degrees[3];             /* of the polynomials of axes, as it matters */
 };
 
 /* NULL when out of memory. */
@@ -61,6 +38,8 @@ void shaper_path_delete(struct shaper_path *path);
  * too many of them, or a sum that is not 1. */
 int shaper_path_set_axis(struct shaper_path *path, int axis,
                          const struct shaper_axis *shaper);
+/* Are axes averaged alike? */
+int shaper_path_is_same(const struct shaper_path *path, int a, int b);
 
 /* Follow this path from now on (NULL: the plan).  All steps must be made, and
  * the plan must rest as far as the old and the new path look. */

@@ -83,12 +83,11 @@ emit_fit(struct itersolve *is, const struct sample *s, const double fit[5])
 }
 
 int
-shaperfit_emit(struct itersolve *is, shaperfit_get get, void *data,
-               double period, double from, double to)
+shaperfit_emit_within(struct itersolve *is, shaperfit_get get, void *data,
+                      double period, double error, double from, double to)
 {
     struct sample s = { .from = from };
     double span = to - from;
-    double bound = fmin(SHAPER_ERROR, STEP_ERROR * is->step_dist);
     int ret = 0;
 
     while (s.from < to && !ret) {
@@ -97,7 +96,7 @@ shaperfit_emit(struct itersolve *is, shaperfit_get get, void *data,
         for (;;) {
             take_sample(&s, get, data, period, near);
             fit_sample(&s, fit);
-            if (get_error(&s, fit) <= bound || s.span <= SPAN_MIN)
+            if (get_error(&s, fit) <= error || s.span <= SPAN_MIN)
                 break;
             s.span *= .5;
         }
@@ -106,4 +105,13 @@ shaperfit_emit(struct itersolve *is, shaperfit_get get, void *data,
         s.from = s.span < to - s.from ? s.from + s.span : to;
     }
     return ret;
+}
+
+int
+shaperfit_emit(struct itersolve *is, shaperfit_get get, void *data,
+               double period, double from, double to)
+{
+    return shaperfit_emit_within(
+        is, get, data, period,
+        fmin(SHAPER_ERROR, STEP_ERROR * is->step_dist), from, to);
 }

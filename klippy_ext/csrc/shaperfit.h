@@ -15,4 +15,9 @@ typedef double (*shaperfit_get)(void *data, double time);
 int shaperfit_emit(struct itersolve *is, shaperfit_get get, void *data,
                    double period, double from, double to);
 
+/* The same with fits that are no further off than `error` (mm or radians). */
+int shaperfit_emit_within(struct itersolve *is, shaperfit_get get, void *data,
+                          double period, double error, double from,
+                          double to);
+
 #endif

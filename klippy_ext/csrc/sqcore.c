@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Sending half of the reliable link, and time.  See sqcore.h. */
+#include <errno.h>
 #include <math.h>
 #include <string.h>
 
@@ -12,13 +13,17 @@
 /* Shortest wait: keeps rounding from waking the driver over and over. */
 #define WAKE_STEP 1e-6
 
-void
+int
 sqcore_init(struct sqcore *c)
 {
     memset(c, 0, sizeof(*c));
+    c->spare = qmsg_new();
+    if (!c->spare)
+        return -ENOMEM;
     cmdsched_init(&c->sched);
     rto_init(&c->rto);
     c->send_seq = c->receive_seq = 1;
+    return 0;
 }
 
 void
@@ -28,6 +33,8 @@ sqcore_free(struct sqcore *c)
     for (int i = 0; i < SQCORE_RING; i++)
         qfifo_clear(&c->ring[i].waited);
     qfifo_clear(&c->inbox);
+    qmsg_free(c->spare);
+    c->spare = NULL;
 }
 
 void
@@ -100,7 +107,9 @@ sqcore__resend(struct sqcore *c, double now)
         b->sent_time = emit(c, now, b->data, b->len);
     }
     c->bytes_retransmit += c->unacked_bytes;
-    c->retransmit_seq = c->nak_seq = c->send_seq;
+    c->retransmit_seq = c->send_seq;
+    c->n_stale = c->n_unanswered;
+    c->n_unanswered += (uint32_t)count_in_flight(c);
     sqcore__set_deadline(c, now);
 }
 
@@ -128,6 +137,7 @@ send_block(struct sqcore *c, double now, uint32_t room)
     if (!count_in_flight(c))
         sqcore__set_deadline(c, now);
     c->send_seq++;
+    c->n_unanswered++;
     c->unacked_bytes += b->len;
     sqhistory_note(&c->sent, now, b->data, b->len);
 }
@@ -250,5 +260,11 @@ sqcore_check(const struct sqcore *c)
         return -11;
     if (c->out_len > SQCORE_OUT_SIZE || c->in_len > SQCORE_IN_SIZE)
         return -12;
+    if (clockest_check(&c->clockest))
+        return clockest_check(&c->clockest);
+    if (rto_check(&c->rto))
+        return rto_check(&c->rto);
+    if (qfifo_check(&c->inbox))
+        return qfifo_check(&c->inbox);
     return cmdsched_check(&c->sched);
 }

@@ -58,7 +58,9 @@ struct sqcore {
     uint64_t send_seq, receive_seq;
     uint64_t ack_seq;           /* newest that came in an empty block */
     uint64_t retransmit_seq;    /* blocks before this were sent twice */
-    uint64_t nak_seq;           /* naks before this answer old blocks */
+    /* Answers to come, at most; and how many of them, which come first, are
+     * to what was on the way when all was sent again */
+    uint32_t n_unanswered, n_stale;
     struct sqblock ring[SQCORE_RING];
     uint32_t unacked_bytes, receive_window;
     int is_synced, n_probes;
@@ -70,12 +72,16 @@ struct sqcore {
     uint32_t out_len, in_len;
     uint8_t out[SQCORE_OUT_SIZE], in[SQCORE_IN_SIZE];
     struct qfifo inbox;
+    struct qmsg *spare;         /* says that there was no memory, once */
     struct sqhistory sent, received;
 };
 
-void sqcore_init(struct sqcore *c);
+/* 0 or -ENOMEM. */
+int sqcore_init(struct sqcore *c);
 void sqcore_free(struct sqcore *c);
-/* Take in bytes that arrived at `now`. */
+/* Take in bytes that arrived at `now`.  When there is no memory for a message
+ * it is lost, and one without payload or notify_id goes to the inbox instead,
+ * the first time. */
 void sqcore_input(struct sqcore *c, double now, const uint8_t *buf,
                   size_t len);
 /* Do what is due at `now`.  Returns when to be called next (> now) unless

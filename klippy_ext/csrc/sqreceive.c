@@ -12,7 +12,7 @@ note_sync(struct sqcore *c, uint8_t seq4)
     uint64_t seq = c->send_seq + ((seq4 - c->send_seq) & MSGBLOCK_SEQ_MASK);
 
     c->send_seq = c->receive_seq = c->ack_seq = seq;
-    c->nak_seq = c->n_probes > 1 ? seq + 1 : seq;
+    c->n_stale = c->n_unanswered = (uint32_t)c->n_probes - 1;
     c->is_synced = 1;
     rto_init(&c->rto);
 }
@@ -38,10 +38,13 @@ note_acked(struct sqcore *c, uint64_t seq, double now, double time)
 {
     const struct sqblock *last = &c->ring[(seq - 1) % SQCORE_RING];
 
-    if (!last->is_resent)
+    if (!last->is_resent) {
         rto_note_sample(&c->rto, now - last->time);
-    else
+        c->n_stale = 0;
+        c->n_unanswered = (uint32_t)(c->send_seq - seq) + 1;
+    } else {
         rto_note_progress(&c->rto);
+    }
     while (c->receive_seq < seq)
         note_acked_block(c, &c->ring[c->receive_seq++ % SQCORE_RING], time);
     sqcore__set_deadline(c, now);
@@ -49,14 +52,18 @@ note_acked(struct sqcore *c, uint64_t seq, double now, double time)
 
 /* An empty block is the answer to one of ours.  The first with a number is
  * its acknowledgement (a response may have brought the number before).  Another
- * one says that the mcu got something else than what it waits for; as every
- * block on the way then gets such an answer, only the first of those counts. */
+ * one says that the mcu got something else than what it waits for.  When all
+ * was sent again, the answers to what was on the way before say nothing new. */
 static void
 note_answer(struct sqcore *c, double now)
 {
+    int is_stale = c->n_stale > 0;
+
+    c->n_stale -= c->n_stale > 0;
+    c->n_unanswered -= c->n_unanswered > 0;
     if (c->ack_seq < c->receive_seq)
         c->ack_seq = c->receive_seq;
-    else if (c->send_seq != c->receive_seq && c->receive_seq >= c->nak_seq)
+    else if (!is_stale && c->send_seq != c->receive_seq)
         sqcore__resend(c, now);
 }
 
@@ -65,10 +72,15 @@ deliver(struct sqcore *c, const uint8_t *payload, size_t len, double time)
 {
     struct qmsg *m = qmsg_new();
 
-    if (!m)
-        return;
-    m->len = (uint8_t)len;
-    memcpy(m->data, payload, len);
+    if (m) {
+        m->len = (uint8_t)len;
+        memcpy(m->data, payload, len);
+    } else {
+        m = c->spare;
+        c->spare = NULL;
+        if (!m)
+            return;             /* they have been told */
+    }
     m->sent_time = c->acked_sent_time;
     m->receive_time = time;
     qfifo_push(&c->inbox, m);

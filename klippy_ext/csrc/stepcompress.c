@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "msgblock.h"
+#include "pair.h"
 #include "stepcompress.h"
 #include "stephist.h"
 
@@ -201,7 +202,7 @@ settle(struct stepcompress *sc, int64_t after)
     sc->held_dir = 0;
     if (ret || is_far)
         return ret ? ret : emit_far(sc, clock);
-    runfit_put(&sc->fit, clock, get_error(sc, before, after));
+    runfit_put(&sc->fit, (double)clock, get_error(sc, before, after));
     return runfit_is_full(&sc->fit) ? emit_ready(sc) : 0;
 }
 
@@ -233,48 +234,93 @@ push_step(struct stepcompress *sc, int64_t clock, int dir)
     return ret;
 }
 
-static inline int64_t
+static inline double
 get_clock(const struct stepcompress *sc, double print_time)
 {
-    return (int64_t)((print_time - sc->offset) * sc->freq + .5);
+    return pair_round_one((print_time - sc->offset) * sc->freq);
 }
 
-/* Like push_step() for many; one is held, and all have its direction and that
- * of the run.  Returns how many were taken: the next one is no easy case. */
+/* Clocks of n times.  One more may be written. */
+static void
+set_clocks(const struct stepcompress *sc, double *clocks, const double *times,
+           int n)
+{
+    double offset = sc->offset, freq = sc->freq;
+    int i = 0;
+
+    for (; i + 2 <= n; i += 2)
+        pair_store(clocks + i,
+                   pair_round((pair_load(times + i) - offset) * freq));
+    if (i < n)
+        clocks[i] = get_clock(sc, times[i]);
+}
+
+/* As get_error(), of clocks 1 to n, whose neighbours are 0 to n + 1.  Returns 0
+ * if any is less than a tick after the one before.  One more may be read, and
+ * one more error be written. */
 static int
-push_easy(struct stepcompress *sc, const double *times, int n)
+set_errors(const struct stepcompress *sc, double *errors, const double *clocks,
+           int n)
+{
+    pair most = pair_of(2. * sc->options.max_error + 1.);
+    pair_mask signs = { 0, 0 };
+
+    for (int i = 1; i <= n; i += 2) {
+        pair clock = pair_load(clocks + i);
+        pair room = pair_min(clock - pair_load(clocks + i - 1),
+                             pair_load(clocks + i + 1) - clock);
+        signs |= pair_compare(room, pair_of(1.));
+        /* half of what is left without one, rounded down */
+        room = pair_min(room, most) * .5 - .75;
+        pair_store(errors + i, pair_round(room));
+    }
+    return !pair_is_less(signs);
+}
+
+/* Like push_step() for as many as there is room for, if all are easy: a step in
+ * their direction is held, which is that of the run, and none is far.  Returns
+ * how many were taken. */
+static int
+push_easy(struct stepcompress *sc, const double *times, int n, int dir)
 {
     struct runfit *fit = &sc->fit;
-    int64_t clock = sc->held_clock, before = clock - sc->before_clock;
-    int i;
+    double *clocks = fit->wanted + fit->end, *errors = fit->error + fit->end;
+    int room = RUNFIT_STORE - fit->end;
 
-    if (before >= FAR_TICKS || sc->run_dir != sc->held_dir)
+    if (sc->held_dir != dir || sc->run_dir != dir || !room)
         return 0;
-    for (i = 0; i < n && !runfit_is_full(fit); i++) {
-        int64_t next = get_clock(sc, times[i]), after = next - clock;
-        if (after <= 0 || after >= FAR_TICKS)
-            break;
-        runfit_put(fit, clock, get_error(sc, before, after));
-        before = after;
-        clock = next;
-    }
-    sc->pending += i * sc->held_dir;
-    sc->held_clock = clock;
-    sc->before_clock = clock - before;
-    return i;
+    n = n < room ? n : room;
+    clocks[0] = (double)sc->held_clock;
+    set_clocks(sc, clocks + 1, times, n);
+    clocks[n + 1] = clocks[n] + FAR_TICKS;
+    if (!(clocks[1] - clocks[0] >= 1.)
+        || !(clocks[n] - (double)sc->before_clock < FAR_TICKS)
+        || !set_errors(sc, errors, clocks, n - 1))
+        return 0;
+    errors[0] = get_error(sc, sc->held_clock - sc->before_clock,
+                          (int64_t)(clocks[1] - clocks[0]));
+    fit->end += n;
+    sc->pending += n * dir;
+    sc->before_clock = (int64_t)clocks[n - 1];
+    sc->held_clock = (int64_t)clocks[n];
+    return n;
 }
 
 int
 stepcompress_push(struct stepcompress *sc, const double *times, int n, int dir)
 {
-    int i = 0, ret = 0;
+    int ret = 0;
 
-    while (i < n && !ret) {
-        ret = push_step(sc, get_clock(sc, times[i++]), dir);
-        if (!ret && sc->held_dir && i < n)
-            i += push_easy(sc, times + i, n - i);
+    while (n > 0 && !ret) {
+        int taken = push_easy(sc, times, n, dir);
+        if (!taken) {
+            ret = push_step(sc, (int64_t)get_clock(sc, *times), dir);
+            taken = 1;
+        }
         if (!ret && runfit_is_full(&sc->fit))
             ret = emit_ready(sc);
+        times += taken;
+        n -= taken;
     }
     return ret;
 }

@@ -114,6 +114,24 @@ stepguard_run(struct stepguard *g, double now)
     return wake;
 }
 
+int
+stepguard_check(struct stepguard *g)
+{
+    const struct stepguard_plan *p = &g->plan;
+    int ret = 0;
+
+    motionlock_take();
+    if (g->n_syncs < 0 || (g->n_syncs > 0 && !g->syncs))
+        ret = -1;
+    else if (g->is_armed
+             && !(p->reached <= p->end && p->slack >= 0.))
+        ret = -2;               /* never past the place of rest */
+    else if (g->error > 0)
+        ret = -3;
+    motionlock_give();
+    return ret;
+}
+
 /* ---- The main thread's side ---- */
 
 void

@@ -48,5 +48,7 @@ struct stepguard_result stepguard_disarm(struct stepguard *g);
 
 /* Do what is due at `now`; returns when to call again (INFINITY: not). */
 double stepguard_run(struct stepguard *g, double now);
+/* 0, or a negative number that says which invariant does not hold. */
+int stepguard_check(struct stepguard *g);
 
 #endif

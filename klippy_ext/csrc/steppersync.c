@@ -8,6 +8,10 @@
 struct member {
     struct stepcompress *sc;
     struct itersolve *is;
+    /* What start() asked for, and what became of it */
+    double until;
+    int64_t clock;
+    int ret;
 };
 
 struct steppersync {
@@ -56,7 +60,7 @@ steppersync_add(struct steppersync *ss, struct stepcompress *sc,
     if (!grown)
         return -ENOMEM;
     ss->members = grown;
-    grown[ss->n_members] = (struct member) { sc, is };
+    grown[ss->n_members] = (struct member) { .sc = sc, .is = is };
     if (ss->freq > 0.)
         stepcompress_set_time(sc, ss->offset, ss->freq);
     return ss->n_members++;
@@ -90,6 +94,44 @@ steppersync_generate(struct steppersync *ss, double print_time)
         ss->failed = i;
     }
     return ret;
+}
+
+/* The steps of one stepper, and those of its messages that are due. */
+static void
+make_steps(void *ctx)
+{
+    struct member *m = ctx;
+
+    m->ret = itersolve_generate(m->is, m->until);
+    if (!m->ret)
+        m->ret = stepcompress_flush(m->sc, m->clock);
+}
+
+int
+steppersync_start(struct steppersync *ss, struct steppool *pool,
+                  double print_time, uint64_t clock)
+{
+    for (int i = 0; i < ss->n_members; i++) {
+        struct member *m = &ss->members[i];
+        m->until = print_time;
+        m->clock = (int64_t)clock;
+        m->ret = 0;
+        if (m->is && steppool_add(pool, make_steps, m))
+            return -ENOMEM;
+    }
+    return 0;
+}
+
+int
+steppersync_finish(struct steppersync *ss)
+{
+    steppool_settle();
+    for (int i = 0; i < ss->n_members; i++) {
+        ss->failed = i;
+        if (ss->members[i].ret)
+            return ss->members[i].ret;
+    }
+    return 0;
 }
 
 int

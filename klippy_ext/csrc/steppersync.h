@@ -19,6 +19,7 @@
 #include "itersolve.h"
 #include "qmsg.h"
 #include "stepcompress.h"
+#include "steppool.h"
 
 struct steppersync;
 
@@ -39,6 +40,13 @@ void steppersync_set_time(struct steppersync *ss, double offset, double freq);
 /* Make the steps of all steppers up to a print_time.  Returns 0 or what
  * itersolve_generate() says; then get_failed() is the stepper's number. */
 int steppersync_generate(struct steppersync *ss, double print_time);
+/* The same by the threads of a pool, and those messages that are needed before
+ * `clock` are made ready, too.  To be followed by steppool_start() and, before
+ * anything else with these steppers, finish().  start() returns 0 or -ENOMEM,
+ * finish() as generate(): for the first stepper in order. */
+int steppersync_start(struct steppersync *ss, struct steppool *pool,
+                      double print_time, uint64_t clock);
+int steppersync_finish(struct steppersync *ss);
 int steppersync_get_failed(const struct steppersync *ss);
 
 /* Send what is needed before `clock`; forget history before clear_clock.

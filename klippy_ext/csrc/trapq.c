@@ -7,7 +7,7 @@
 
 #include "trapq.h"
 
-enum { RING_MIN = 64 };
+enum { RING_MIN = 64, ARC_PARTS_MAX = 10000 };
 
 struct trapq *
 trapq_new(void)
@@ -52,9 +52,11 @@ resize(struct trapq *tq, uint64_t size)
 static int
 reserve(struct trapq *tq, uint64_t count)
 {
-    if (tq->end - tq->oldest + count <= tq->mask + 1)
-        return 0;
-    return resize(tq, 2 * (tq->mask + 1));
+    uint64_t size = tq->mask + 1;
+
+    while (tq->end - tq->oldest + count > size)
+        size *= 2;
+    return size == tq->mask + 1 ? 0 : resize(tq, size);
 }
 
 static struct trapseg *
@@ -82,51 +84,139 @@ push_rest(struct trapq *tq, double print_time, const double pos[3])
     tq->end_time = print_time;
 }
 
-/* A phase of the move, which is `distance` along its line so far. */
+/* The segment is `distance` after the start of an arc. */
+static void
+bend(struct trapseg *seg, const struct trap_move *m, double distance)
+{
+    struct trapseg whole = { .turn = m->turn, .normal = m->normal };
+
+    memcpy(whole.start, m->start, sizeof(whole.start));
+    memcpy(whole.axes_r, m->axes_r, sizeof(whole.axes_r));
+    trapseg_get_place(&whole, distance, seg->start);
+    trapseg_get_direction(&whole, distance, seg->axes_r);
+    seg->turn = m->turn;
+    seg->normal = m->normal;
+}
+
+/* Into how many segments a phase of an arc is cut.  With w = rad/s and b =
+ * rad/s^2 the fifth derivative of a place is at most radius * (w^5 + 10 w^3 b +
+ * 15 w b^2), of which trapseg_fit() is off by 1 / 1000 times the fifth power of
+ * half the time. */
+static int
+count_parts(const struct trap_move *m, double duration, double start_v,
+            double half_accel)
+{
+    double end_v = start_v + 2. * half_accel * duration;
+    double w = fabs(m->turn) * fmax(fabs(start_v), fabs(end_v));
+    double b = fabs(m->turn * 2. * half_accel), bend, each;
+    double flat = hypot(m->axes_r[(m->normal + 1) % 3],
+                        m->axes_r[(m->normal + 2) % 3]);
+
+    if (m->turn == 0. || duration <= 0.)
+        return 1;
+    bend = flat / fabs(m->turn) * w * (w * w * w * w + 10. * w * w * b
+                                       + 15. * b * b);
+    each = 2. * pow(1000. * TRAPQ_ARC_ERROR / (bend + 1e-300), .2);
+    return (int)fmin(fmax(ceil(duration / each), 1.), ARC_PARTS_MAX);
+}
+
+/* A part of a phase, which is `distance` along its line so far. */
 static double
-push_phase(struct trapq *tq, const struct trap_move *m, double duration,
+push_part(struct trapq *tq, const struct trap_move *m, double duration,
            double start_v, double half_accel, double distance)
 {
-    struct trapseg *seg;
+    struct trapseg *seg = push(tq, tq->end_time, duration);
 
-    if (duration <= 0.)
-        return distance;
-    seg = push(tq, tq->end_time, duration);
     seg->start_v = start_v;
     seg->half_accel = half_accel;
     for (int i = 0; i < 3; i++) {
         seg->axes_r[i] = m->axes_r[i];
         seg->start[i] = m->start[i] + m->axes_r[i] * distance;
     }
+    if (m->turn != 0.)
+        bend(seg, m, distance);
     return distance + trapseg_get_distance(seg, duration);
+}
+
+/* A phase of the move, in n segments. */
+static double
+push_phase(struct trapq *tq, const struct trap_move *m, double duration,
+           double start_v, double half_accel, double distance, int n)
+{
+    double begin = tq->end_time;
+
+    if (duration <= 0.)
+        return distance;
+    for (int i = 1; i <= n; i++) {
+        double t = tq->end_time - begin;
+        double until = i < n ? duration * i / n : duration;
+        distance = push_part(tq, m, until - t, start_v + 2. * half_accel * t,
+                             half_accel, distance);
+    }
+    return distance;
 }
 
 static int
 is_sane(double print_time, const struct trap_move *m)
 {
     double sum = print_time + m->accel_t + m->cruise_t + m->decel_t
-        + m->start_v + m->cruise_v + m->accel;
+        + m->start_v + m->cruise_v + m->accel + m->turn;
 
     for (int i = 0; i < 3; i++)
         sum += m->start[i] + m->axes_r[i];
     return isfinite(sum) && m->accel_t >= 0. && m->cruise_t >= 0.
-        && m->decel_t >= 0.;
+        && m->decel_t >= 0. && m->normal < 3;
 }
 
 int
 trapq_add(struct trapq *tq, double print_time, const struct trap_move *m)
 {
     double half_accel = .5 * m->accel, distance = 0.;
+    int n[3];
 
     if (!is_sane(print_time, m))
         return -EINVAL;
-    if (reserve(tq, 4))
+    n[0] = count_parts(m, m->accel_t, m->start_v, half_accel);
+    n[1] = count_parts(m, m->cruise_t, m->cruise_v, 0.);
+    n[2] = count_parts(m, m->decel_t, m->cruise_v, -half_accel);
+    if (reserve(tq, 1 + (uint64_t)(n[0] + n[1] + n[2])))
         return -ENOMEM;
     push_rest(tq, print_time, m->start);
-    distance = push_phase(tq, m, m->accel_t, m->start_v, half_accel, 0.);
-    distance = push_phase(tq, m, m->cruise_t, m->cruise_v, 0., distance);
-    push_phase(tq, m, m->decel_t, m->cruise_v, -half_accel, distance);
+    distance = push_phase(tq, m, m->accel_t, m->start_v, half_accel, 0.,
+                          n[0]);
+    distance = push_phase(tq, m, m->cruise_t, m->cruise_v, 0., distance,
+                          n[1]);
+    push_phase(tq, m, m->decel_t, m->cruise_v, -half_accel, distance, n[2]);
     return 0;
+}
+
+/* Newton's form through five nodes (shares of the time), then its powers. */
+void
+trapseg_fit(const struct trapseg *seg, const double weights[3],
+            double fit[5])
+{
+    static const double nodes[5] = {
+        0., .14644660940672624, .5, .85355339059327376, 1.,
+    };
+    double c[5], inverse = 1. / seg->duration, scale = 1.;
+
+    for (int i = 0; i < 5; i++) {
+        double t = nodes[i] * seg->duration, pos[3];
+        trapseg_get_place(seg, trapseg_get_distance(seg, t), pos);
+        c[i] = weights[0] * pos[0] + weights[1] * pos[1]
+            + weights[2] * pos[2];
+        fit[i] = 0.;
+    }
+    for (int k = 1; k < 5; k++)
+        for (int i = 4; i >= k; i--)
+            c[i] = (c[i] - c[i - 1]) / (nodes[i] - nodes[i - k]);
+    for (int k = 4; k >= 0; k--) {
+        for (int i = 4; i > 0; i--)
+            fit[i] = fit[i - 1] - nodes[k] * fit[i];
+        fit[0] = c[k] - nodes[k] * fit[0];
+    }
+    for (int i = 0; i < 5; i++, scale *= inverse)
+        fit[i] *= scale;
 }
 
 int
@@ -194,6 +284,61 @@ copy_record(struct trap_record *out, const struct trapseg *seg)
     memcpy(out->axes_r, seg->axes_r, sizeof(out->axes_r));
 }
 
+/* Into how many chords an arc is cut. */
+static int
+count_chords(const struct trapseg *seg)
+{
+    double turned = fabs(seg->turn)
+        * trapseg_get_distance(seg, seg->duration);
+    double radius = hypot(seg->axes_r[(seg->normal + 1) % 3],
+                          seg->axes_r[(seg->normal + 2) % 3])
+        / fabs(seg->turn);
+    double each = radius < TRAPQ_CHORD_ERROR ? 1.
+        : 2. * acos(1. - TRAPQ_CHORD_ERROR / radius);
+
+    return turned > 0. ? (int)fmin(ceil(turned / each), 1e6) : 1;
+}
+
+/* Chord number i of n. */
+static struct trapseg
+cut_chord(const struct trapseg *seg, int i, int n)
+{
+    double way = trapseg_get_distance(seg, seg->duration);
+    double s = way * i / n, next_s = way * (i + 1) / n;
+    double t = trapseg_solve_time(seg, s), next_t = seg->duration;
+    double end[3];
+    struct trapseg chord = { .half_accel = seg->half_accel };
+
+    if (i + 1 < n)
+        next_t = trapseg_solve_time(seg, next_s);
+    chord.time = seg->time + t;
+    chord.duration = next_t - t;
+    chord.start_v = seg->start_v + 2. * seg->half_accel * t;
+    trapseg_get_place(seg, s, chord.start);
+    trapseg_get_place(seg, next_s, end);
+    for (int k = 0; k < 3; k++)
+        chord.axes_r[k] = next_s > s ? (end[k] - chord.start[k])
+            / (next_s - s) : seg->axes_r[k];
+    return chord;
+}
+
+/* The chords of an arc as trapq_extract() copies moves. */
+static int
+extract_arc(const struct trapseg *seg, struct trap_record *out, int max,
+            double start_time, double end_time)
+{
+    int count = 0, n = count_chords(seg);
+
+    for (int i = n - 1; i >= 0 && count < max; i--) {
+        struct trapseg chord = cut_chord(seg, i, n);
+        if (trapseg_get_end(&chord) <= start_time)
+            break;
+        if (chord.time < end_time)
+            copy_record(&out[count++], &chord);
+    }
+    return count;
+}
+
 int
 trapq_extract(const struct trapq *tq, struct trap_record *out, int max,
               double start_time, double end_time)
@@ -207,7 +352,11 @@ trapq_extract(const struct trapq *tq, struct trap_record *out, int max,
         if (seg->time >= end_time
             || (seg->duration > 0. && trapseg_is_rest(seg)))
             continue;
-        copy_record(&out[count++], seg);
+        if (seg->turn != 0.)
+            count += extract_arc(seg, &out[count], max - count, start_time,
+                                 end_time);
+        else
+            copy_record(&out[count++], seg);
     }
     return count;
 }
@@ -223,7 +372,8 @@ trapq_check(const struct trapq *tq)
         const struct trapseg *seg = trapq_get(tq, i);
         double next = i + 1 < tq->end ? trapq_get(tq, i + 1)->time
                                       : tq->end_time;
-        if (!(seg->duration >= 0.))
+        if (!(seg->duration >= 0.) || seg->normal > 2
+            || !isfinite(seg->turn))
             return -3;
         if (fabs(trapseg_get_end(seg) - next) > 1e-9)
             return -4;

@@ -211,3 +211,18 @@ trdispatch_disarm(struct trdispatch *td)
     for (struct trmember *tm = td->members; tm; tm = tm->next)
         serialqueue_remove_reader(tm->sq, &tm->reader);
 }
+
+int
+trdispatch_check(struct trdispatch *td)
+{
+    int ret = 0;
+
+    pthread_mutex_lock(&td->lock);
+    if (td->can_trigger && !td->is_armed)
+        ret = -74;              /* nobody would hear of it */
+    for (const struct trmember *tm = td->members; tm && !ret; tm = tm->next)
+        if (tm->td != td || !tm->sq || !tm->cq)
+            ret = -75;
+    pthread_mutex_unlock(&td->lock);
+    return ret;
+}

@@ -41,5 +41,7 @@ void trmember_setup(struct trmember *tm, uint64_t clock,
 /* Follow the reports; a trigger is passed on with this reason. */
 void trdispatch_arm(struct trdispatch *td, uint32_t reason);
 void trdispatch_disarm(struct trdispatch *td);
+/* 0, or a negative number that says which invariant does not hold. */
+int trdispatch_check(struct trdispatch *td);
 
 #endif

@@ -121,7 +121,11 @@ write_piece(struct vlink *l, enum vlink_direction dir, double now,
     lane->free_time = fmax(lane->free_time, now)
         + (double)chunk->len * l->byte_time;
     chunk->time = lane->free_time + l->latency;
+    if (l->faults.jitter[dir] > 0.)
+        chunk->time += l->faults.jitter[dir] * vrandom_unit(&l->rng);
     chunk->next = NULL;
+    if (lane->tail && chunk->time < lane->tail->time)
+        chunk->time = lane->tail->time;
     if (lane->tail)
         lane->tail->next = chunk;
     else
@@ -201,4 +205,34 @@ void
 vlink_record(struct vlink *l, int is_on)
 {
     l->record.is_on = is_on;
+}
+
+static int
+check_lane(const struct vlane *lane)
+{
+    const struct vchunk *last = NULL;
+
+    for (const struct vchunk *c = lane->head; c; c = c->next) {
+        if (c->len > 3 * VLINK_PIECE || !isfinite(c->time))
+            return -82;
+        if (last && c->time < last->time)
+            return -83;
+        last = c;
+    }
+    return last == lane->tail ? 0 : -84;
+}
+
+int
+vlink_check(const struct vlink *l)
+{
+    const struct vrecord *r = &l->record;
+
+    if (!(l->byte_time >= 0.) || !(l->latency >= 0.) || !l->now)
+        return -80;
+    if (r->used > r->size || !r->buf != !r->size)
+        return -81;
+    for (int dir = 0; dir < VLINK_DIRECTIONS; dir++)
+        if (check_lane(&l->lanes[dir]))
+            return check_lane(&l->lanes[dir]);
+    return 0;
 }

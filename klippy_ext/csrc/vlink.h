@@ -5,8 +5,8 @@
  * Each direction passes bytes one after the other at the baud rate and
  * delivers what was written together in pieces of up to VLINK_PIECE bytes,
  * each `latency` after its last byte.  Deliveries of a direction are in order.
- *  Faults hit single bytes,
- * by the link's own random numbers, when they are written.
+ * Faults hit single bytes, jitter deliveries, by the link's own random
+ * numbers, when they are written.
  *
  * Only the world's thread uses a link.  The times it is given never go back.
  */
@@ -22,6 +22,8 @@ enum vlink_direction { VLINK_TO_MCU, VLINK_FROM_MCU, VLINK_DIRECTIONS };
 
 struct vlink_faults {
     double flip, drop, insert, twice;   /* probabilities a byte */
+    /* s, by which a delivery to, from the mcu is late, at random up to this */
+    double jitter[2];
 };
 
 /* The host's end.  receive() returns whether the host should look now; run()
@@ -83,6 +85,9 @@ double vlink_get_arrival(const struct vlink *l, enum vlink_direction dir);
 struct vchunk *vlink_take(struct vlink *l, enum vlink_direction dir);
 /* Lose all bytes that are on the wire. */
 void vlink_drop(struct vlink *l);
+
+/* 0, or a negative number that says which invariant does not hold. */
+int vlink_check(const struct vlink *l);
 
 /* Records are packed: double time, uint8 direction, uint32 length, bytes. */
 void vlink_record(struct vlink *l, int is_on);

@@ -65,29 +65,31 @@ host_pwm_out(void *ctx, uint64_t clock, uint32_t pin, uint32_t cycle_ticks,
         vpins_note_pwm(&m->pins, clock, pin, (double)value / (double)max);
 }
 
-/* No device on the bus: the data line floats high. */
+/* Without a device on the bus the data line floats high. */
 static void
 host_spi(void *ctx, uint64_t clock, uint32_t bus, uint8_t *buf, uint32_t len)
 {
-    (void)ctx;
+    struct vmcu *m = ctx;
+
     (void)clock;
-    (void)bus;
-    memset(buf, 0xff, len);
+    if (m->bus.spi)
+        m->bus.spi(m->bus.ctx, bus, buf, len);
+    else
+        memset(buf, 0xff, len);
 }
 
-/* No device on the bus: the address is not acknowledged. */
+/* Without a device on the bus the address is not acknowledged. */
 static int32_t
 host_i2c(void *ctx, uint64_t clock, uint32_t bus, uint8_t addr,
          const uint8_t *wr, uint32_t wr_len, uint8_t *rd, uint32_t rd_len)
 {
-    (void)ctx;
+    struct vmcu *m = ctx;
+
     (void)clock;
-    (void)bus;
-    (void)addr;
-    (void)wr;
-    (void)wr_len;
     memset(rd, 0xff, rd_len);
-    return -ENXIO;
+    if (!m->bus.i2c)
+        return -ENXIO;
+    return m->bus.i2c(m->bus.ctx, bus, addr, wr, wr_len, rd, rd_len);
 }
 
 static void
@@ -320,4 +322,18 @@ vmcu_receive(struct vmcu *m, double time, const uint8_t *buf, size_t len)
         m->rx_dropped += len;
     note_next(m, m->ops->run(m->done_clock));
     return m->wants_reset ? follow_resets(m, time) : 0;
+}
+
+int
+vmcu_check(const struct vmcu *m)
+{
+    int ret;
+
+    if (!(m->freq > 0.) || !(m->rate > 0.) || !isfinite(m->base_time))
+        return -91;
+    if (!m->error[0] && (!m->ops || !m->handle
+                         || m->done_clock < m->base_clock))
+        return -92;
+    ret = vlink_check(&m->link);
+    return ret ? ret : vpins_check(&m->pins);
 }

@@ -23,6 +23,15 @@ struct vmcu_options {
     uint64_t start_clock;       /* ticks at power-up */
 };
 
+/* What is connected to the buses; NULL: nothing is.  Called from inside
+ * vmcu_run() and its like; must not call back into the mcu. */
+struct vbus {
+    void *ctx;
+    void (*spi)(void *ctx, uint32_t bus, uint8_t *buf, uint32_t len);
+    int32_t (*i2c)(void *ctx, uint32_t bus, uint8_t addr, const uint8_t *wr,
+                   uint32_t wr_len, uint8_t *rd, uint32_t rd_len);
+};
+
 struct vmcu {
     char *name, *library;
     void *handle;
@@ -38,6 +47,7 @@ struct vmcu {
     int wants_reset;
     uint64_t reset_clock;
     struct vpins pins;
+    struct vbus bus;
     struct vlink link;
     uint64_t n_late, max_late, n_resets, n_runs, rx_dropped;
     char error[256];            /* why it cannot go on, "" while it can */
@@ -58,5 +68,7 @@ int vmcu_receive(struct vmcu *m, double time, const uint8_t *buf,
                  size_t len);
 /* Power-cycle at `time`; as vmcu_run(). */
 int vmcu_reset(struct vmcu *m, double time);
+/* 0, or a negative number that says which invariant does not hold. */
+int vmcu_check(const struct vmcu *m);
 
 #endif

@@ -11,6 +11,7 @@ vpins_init(struct vpins *v, uint32_t n_pins)
 {
     v->n_pins = n_pins;
     v->epoch = 0;
+    v->logs = NULL;
     v->pins = calloc(n_pins ? n_pins : 1, sizeof(*v->pins));
     return v->pins ? 0 : -ENOMEM;
 }
@@ -26,9 +27,21 @@ free_switch(struct vpin *p)
     p->sw = NULL;
 }
 
+static void
+free_logs(struct vpins *v)
+{
+    while (v->logs) {
+        struct vedgelog *log = v->logs;
+        v->logs = log->next;
+        free(log->edges);
+        free(log);
+    }
+}
+
 void
 vpins_free(struct vpins *v)
 {
+    free_logs(v);
     for (uint32_t i = 0; v->pins && i < v->n_pins; i++) {
         struct vpin *p = &v->pins[i];
         while (p->steps) {
@@ -41,6 +54,11 @@ vpins_free(struct vpins *v)
             struct voutput *o = p->outputs;
             p->outputs = o->next_on_pin;
             free(o);
+        }
+        while (p->taps) {
+            struct vedgetap *tap = p->taps;
+            p->taps = tap->next_on_pin;
+            free(tap);
         }
         free_switch(p);
     }
@@ -80,6 +98,24 @@ vpins_reset(struct vpins *v, uint64_t clock)
         for (struct voutput *o = v->pins[i].outputs; o; o = o->next_on_pin)
             set_fraction(o, v->epoch, 0.);
     }
+}
+
+static void
+log_edge(struct vedgelog *log, uint64_t clock, uint32_t pin, double fraction)
+{
+    if (log->is_full)
+        return;
+    if (log->used == log->size) {
+        size_t size = 2 * log->size + 1024;
+        struct vedge *grown = realloc(log->edges, size * sizeof(*grown));
+        if (!grown) {
+            log->is_full = 1;
+            return;
+        }
+        log->edges = grown;
+        log->size = size;
+    }
+    log->edges[log->used++] = (struct vedge){ (int64_t)clock, pin, fraction };
 }
 
 static void
@@ -124,6 +160,9 @@ vpins_note_level(struct vpins *v, uint64_t clock, uint32_t pin, uint8_t level)
             count_step(s, clock);
     for (struct voutput *o = p->outputs; o; o = o->next_on_pin)
         set_fraction(o, v->epoch + clock, level ^ o->invert);
+    for (struct vedgetap *t = p->taps; t && (is_edge || !was_known);
+         t = t->next_on_pin)
+        log_edge(t->log, clock, pin, level);
 }
 
 void
@@ -132,6 +171,8 @@ vpins_note_pwm(struct vpins *v, uint64_t clock, uint32_t pin, double fraction)
     for (struct voutput *o = v->pins[pin].outputs; o; o = o->next_on_pin)
         set_fraction(o, v->epoch + clock,
                      o->invert ? 1. - fraction : fraction);
+    for (struct vedgetap *t = v->pins[pin].taps; t; t = t->next_on_pin)
+        log_edge(t->log, clock, pin, fraction);
 }
 
 static uint8_t
@@ -190,6 +231,31 @@ vpins_watch_output(struct vpins *v, uint32_t pin, int invert, uint64_t clock)
     return o;
 }
 
+struct vedgelog *
+vpins_new_log(struct vpins *v)
+{
+    struct vedgelog *log = calloc(1, sizeof(*log));
+
+    if (!log)
+        return NULL;
+    log->next = v->logs;
+    v->logs = log;
+    return log;
+}
+
+int
+vpins_tap(struct vpins *v, struct vedgelog *log, uint32_t pin)
+{
+    struct vedgetap *tap = calloc(1, sizeof(*tap));
+
+    if (!tap)
+        return -ENOMEM;
+    tap->log = log;
+    tap->next_on_pin = v->pins[pin].taps;
+    v->pins[pin].taps = tap;
+    return 0;
+}
+
 int
 vpins_bind_switch(struct vpins *v, uint32_t pin, struct vstep **steps,
                   const double *coeffs, int n_steps, double threshold,
@@ -217,4 +283,47 @@ vpins_bind_switch(struct vpins *v, uint32_t pin, struct vstep **steps,
     p->sw->is_above = !!is_above;
     p->sw->invert = !!invert;
     return 0;
+}
+
+static int
+check_step(const struct vpins *v, const struct vstep *s)
+{
+    uint64_t off = s->position < 0 ? -(uint64_t)s->position
+                                   : (uint64_t)s->position;
+
+    if (s->pins != v || s->dir_pin >= v->n_pins || s->active > 1
+        || s->dir_active > 1)
+        return -85;
+    if (off > s->n_steps || ((off ^ s->n_steps) & 1))
+        return -86;
+    return s->used <= s->size && s->used % 2 == 0 ? 0 : -87;
+}
+
+static int
+check_pin(const struct vpins *v, const struct vpin *pin)
+{
+    int ret = 0;
+
+    for (const struct vstep *s = pin->steps; s && !ret; s = s->next_on_pin)
+        ret = check_step(v, s);
+    for (const struct voutput *o = pin->outputs; o; o = o->next_on_pin)
+        if (!(o->fraction >= 0. && o->fraction <= 1.)
+            || !(o->on_ticks >= 0.) || o->read_ticks > o->last_ticks)
+            return -88;
+    for (const struct vedgetap *t = pin->taps; t; t = t->next_on_pin)
+        if (!t->log || t->log->used > t->log->size)
+            return -89;
+    if (pin->level > 1 || (pin->sw && pin->sw->n_steps < 0))
+        return -90;
+    return ret;
+}
+
+int
+vpins_check(const struct vpins *v)
+{
+    int ret = 0;
+
+    for (uint32_t i = 0; i < v->n_pins && !ret; i++)
+        ret = check_pin(v, &v->pins[i]);
+    return ret;
 }

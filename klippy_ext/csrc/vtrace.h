@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * What is connected to the pins of a virtual mcu: step counters, duty meters,
- * input levels, analog levels and end switches.
+ * logs of edges, input levels, analog levels and end switches.
  *
  * A step counter counts active edges of its step pin, up while its dir pin is
  * active; it goes on counting over a reset of the mcu.  Duty meters integrate
@@ -35,6 +35,27 @@ struct voutput {
     uint64_t last_ticks, read_ticks;
 };
 
+/* One change of one pin: its on-fraction from `clock` on, 0 or 1 for a gpio. */
+struct vedge {
+    int64_t clock;              /* since the last power-up */
+    int64_t pin;
+    double fraction;
+};
+
+/* Changes of some pins, in the order in which they happened. */
+struct vedgelog {
+    struct vedgelog *next;
+    struct vedge *edges;
+    size_t used, size;
+    int is_full;
+};
+
+/* A pin that a log listens to. */
+struct vedgetap {
+    struct vedgetap *next_on_pin;
+    struct vedgelog *log;
+};
+
 struct vswitch {
     int n_steps;
     struct vstep **steps;
@@ -49,6 +70,7 @@ struct vpin {
     uint16_t analog;
     struct vstep *steps;
     struct voutput *outputs;
+    struct vedgetap *taps;
     struct vswitch *sw;
 };
 
@@ -56,6 +78,7 @@ struct vpins {
     uint32_t n_pins;
     uint64_t epoch;             /* ticks before the last reset */
     struct vpin *pins;
+    struct vedgelog *logs;
 };
 
 /* Returns 0 or -ENOMEM. */
@@ -76,11 +99,17 @@ struct vstep *vpins_watch_step(struct vpins *v, uint32_t step_pin,
                                int invert_dir, int both_edges);
 struct voutput *vpins_watch_output(struct vpins *v, uint32_t pin, int invert,
                                    uint64_t clock);
+struct vedgelog *vpins_new_log(struct vpins *v);
+/* Have a log listen to a pin.  Returns 0 or -ENOMEM. */
+int vpins_tap(struct vpins *v, struct vedgelog *log, uint32_t pin);
 /* Close the switch at `pin` by a weighted sum of positions.  Returns 0 or
  * -ENOMEM. */
 int vpins_bind_switch(struct vpins *v, uint32_t pin, struct vstep **steps,
                       const double *coeffs, int n_steps, double threshold,
                       int is_above, int invert);
+
+/* 0, or a negative number that says which invariant does not hold. */
+int vpins_check(const struct vpins *v);
 
 /* Mean on-fraction since the last read. */
 double voutput_read_duty(struct voutput *o, uint64_t total_ticks);

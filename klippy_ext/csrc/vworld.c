@@ -348,3 +348,22 @@ vworld_get_stats(const struct vworld *w, struct vworld_stats *stats)
 {
     *stats = w->stats;
 }
+
+int
+vworld_check(const struct vworld *w)
+{
+    int ret = hostclock_check(&w->clock);
+
+    if (ret || w->n_mcus < 0 || !(w->now >= 0.) || !(w->slice > 0.))
+        return ret ? ret : -93;
+    for (int i = 0; i < w->n_tickers; i++)
+        if (!(w->tickers[i].period > 0.)
+            || !(w->tickers[i].start <= w->now))
+            return -94;
+    for (int i = 0; i < w->n_alarms; i++)
+        if (!w->alarms[i].run && w->alarms[i].wake != INFINITY)
+            return -95;
+    for (int i = 0; i < w->n_mcus && !ret; i++)
+        ret = vmcu_check(w->mcus[i]);
+    return ret;
+}

@@ -58,5 +58,7 @@ enum vworld_event vworld_run(struct vworld *w, double limit);
 int vworld_get_ticker(const struct vworld *w);
 const char *vworld_get_error(const struct vworld *w);
 void vworld_get_stats(const struct vworld *w, struct vworld_stats *stats);
+/* 0, or a negative number that says which invariant does not hold. */
+int vworld_check(const struct vworld *w);
 
 #endif
