@@ -40,6 +40,23 @@ class AxisLimits:
         speed_share = max(rx / vx, ry / vy)
         move.limit_speed(1. / speed_share, self.find_accel(rx, ry, move.accel))
 
+    def check_arc(self, move):
+        """As check_move(), by the greatest parts of x and y anywhere on an arc.
+
+        So are those of the acceleration towards the middle.
+        """
+        arc = move.arc
+        rx, ry = arc.find_steepest(0), arc.find_steepest(1)
+        wanted = move.accel
+        if rx or ry:
+            vx, vy = self.velocities
+            move.limit_speed(1. / max(rx / vx, ry / vy),
+                             self.find_accel(rx, ry, wanted))
+        rx, ry = arc.find_pull(0), arc.find_pull(1)
+        if rx or ry:
+            pull = self.find_accel(rx, ry, wanted)
+            move.limit_speed(math.sqrt(pull / arc.curvature), move.accel)
+
     def find_accel(self, rx, ry, wanted):
         """Greatest acceleration along a way with these parts of x and y.
 
@@ -96,6 +113,12 @@ class LimitedAxes:
         """As the machine's, and slows the move down for x and y."""
         result = super().check_move(move)
         self.axis_limits.check_move(move)
+        return result
+
+    def check_arc(self, move):
+        """As check_move(), for a move along an arc."""
+        result = super().check_arc(move)
+        self.axis_limits.check_arc(move)
         return result
 
     def get_status(self, eventtime):

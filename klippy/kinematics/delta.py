@@ -224,6 +224,43 @@ class DeltaKinematics:
             move.limit_speed(self.max_z_velocity * ratio, self.max_z_accel * ratio)
         return 0
 
+    def accepts_arc(self, arc):
+        """True if check_arc() knows all of it: of a helix not near the top."""
+        start, end = arc.start, arc.end
+        return arc.normal == 2 and (start[2] == end[2]
+                                    or max(start[2], end[2]) <= self.cone_start_z)
+
+    def check_arc(self, move):
+        """As check_move(), for a move along an arc around a vertical axis."""
+        _, reach = move.arc.find_nearest(0., 0.)
+        if not self.is_homed or move.end_z < self.min_z:
+            self._refuse(move)
+        if reach > self.max_radius + TOP_SLACK:
+            raise make_error(move, "Move out of range", "the arc goes to %.3f from the"
+                             " center, which is more than %.3f"
+                             % (reach, self.max_radius))
+        if move.end_z > self.cone_start_z:
+            self._check_arc_carriages(move)
+        if reach * reach > self.slow_radius2:
+            self.slow_down(move, fmin(reach * reach, self.max_radius2))
+        if move.d_z != 0.:
+            ratio = move.move_d / fabs(move.d_z)
+            move.limit_speed(self.max_z_velocity * ratio, self.max_z_accel * ratio)
+        return 0
+
+    def _check_arc_carriages(self, move):
+        for rail, tower in zip(self.rails, self.towers, strict=True):
+            near, _ = move.arc.find_nearest(tower.x, tower.y)
+            highest = move.end_z + sqrt(tower.arm2 - near * near)
+            start = tower.calc_carriage(move.start_x, move.start_y, move.start_z)
+            if highest - fmax(tower.top, start) > TOP_SLACK:
+                raise self._make_top_error(move, rail, highest
+                                           - fmax(tower.top, start))
+
+    def _make_top_error(self, move, rail, over):
+        return make_error(move, "Move out of range", "the carriage of %s would go %.3f"
+                          " mm past its endstop" % (rail.get_name(), over))
+
     def slow_down(self, move, reach2):
         """Keep carriages at SLOW_RATIO of the printer's limits at a radius."""
         distance = self.radius + sqrt(reach2)
@@ -236,9 +273,7 @@ class DeltaKinematics:
         for rail, tower in zip(self.rails, self.towers, strict=True):
             over = tower.find_over(move)
             if over > TOP_SLACK:
-                raise make_error(
-                    move, "Move out of range", "the carriage of %s would go %.3f mm"
-                    " past its endstop" % (rail.get_name(), over))
+                raise self._make_top_error(move, rail, over)
 
     def _refuse(self, move):
         if not self.is_homed:

@@ -19,8 +19,8 @@ cdef class DeltesianMachine:
     cdef public double slow_ratio
     cdef readonly mm_t home_x, home_z
 
-    @cython.locals(ratio=double)
     cpdef int check_move(self, Move move) except -1
+    cdef int slow_down(self, Move move, double ratio) except -1
     @cython.locals(ratio=double, off=double, column=Tower)
     cpdef double find_ratio(self, double x) except -1.
     @cython.locals(column=Tower, over=double)

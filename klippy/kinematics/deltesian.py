@@ -44,6 +44,16 @@ def read_columns(config, rails):
     return columns
 
 
+def find_highest(column, box):
+    """Height that the carriage of a Tower cannot pass in a box [(least, greatest)].
+
+    It comes there if the box is level.
+    """
+    low, high = box[0]
+    near = max(low - column.x, column.x - high, 0.)
+    return box[2][1] + math.sqrt(max(column.arm2 - near * near, 0.))
+
+
 class DeltesianMachine:
     """Rails stepper_left and stepper_right home together, stepper_y alone."""
 
@@ -176,12 +186,41 @@ class DeltesianMachine:
         if move.d_x == 0. and move.d_z == 0.:
             return 0
         self._check_carriages(move)
-        if move.d_x != 0. and self.slow_ratio > 0.:
-            ratio = fmax(self.find_ratio(move.start_x), self.find_ratio(move.end_x))
-            if ratio > 2. * self.slow_ratio:
-                move.limit_speed(0.25 * self.max_velocity, 0.25 * self.max_accel)
-            elif ratio > self.slow_ratio:
-                move.limit_speed(0.5 * self.max_velocity, 0.5 * self.max_accel)
+        if move.d_x != 0.:
+            self.slow_down(move, fmax(self.find_ratio(move.start_x),
+                                      self.find_ratio(move.end_x)))
+        return 0
+
+    def slow_down(self, move, ratio):
+        """Slow a move in x on which a carriage is so much faster than the head."""
+        if self.slow_ratio <= 0.:
+            return 0
+        if ratio > 2. * self.slow_ratio:
+            move.limit_speed(0.25 * self.max_velocity, 0.25 * self.max_accel)
+        elif ratio > self.slow_ratio:
+            move.limit_speed(0.5 * self.max_velocity, 0.5 * self.max_accel)
+        return 0
+
+    def accepts_arc(self, arc):
+        """True if check_arc() knows all of it: level, or away from the endstops."""
+        if arc.normal == 2 and arc.start[2] == arc.end[2]:
+            return True
+        box = arc.find_box()
+        return all(find_highest(column, box) <= column.top
+                   for column in self.columns)
+
+    def check_arc(self, move):
+        """As check_move(), for a move along an arc: all of it counts."""
+        self.limits.check_arc(move)
+        box = move.arc.find_box()
+        low, high = box[0]
+        for rail, column in zip(self.rails[:2], self.columns, strict=True):
+            start = column.calc_carriage(move.start_x, 0., move.start_z)
+            over = find_highest(column, box) - max(column.top, start)
+            if over > TOP_SLACK:
+                raise self._make_top_error(move, rail, over)
+        if low < high:
+            self.slow_down(move, fmax(self.find_ratio(low), self.find_ratio(high)))
         return 0
 
     def find_ratio(self, x):
@@ -196,9 +235,12 @@ class DeltesianMachine:
         for rail, column in zip(self.rails[:2], self.columns, strict=True):
             over = column.find_over(move)
             if over > TOP_SLACK:
-                raise make_error(
-                    move, "Move out of range", "the carriage of %s would go %.3f mm"
-                    " past its endstop" % (rail.get_name(), over))
+                raise self._make_top_error(move, rail, over)
+
+    def _make_top_error(self, move, rail, over):
+        return make_error(
+            move, "Move out of range", "the carriage of %s would go %.3f mm"
+            " past its endstop" % (rail.get_name(), over))
 
     # Homing
 

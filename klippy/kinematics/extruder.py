@@ -79,18 +79,24 @@ class ExtruderStepper:
 
         Raises CommandError if there is no such extruder.
         """
-        toolhead = self.printer.lookup_object("toolhead")
-        toolhead.flush_step_generation()
-        if not extruder_name:
-            self.stepper.set_trapq(None)
-            self.motion_queue = None
-            return
-        extruder = self.printer.lookup_object(extruder_name, None)
-        if not isinstance(extruder, PrinterExtruder):
-            raise CommandError("'%s' is not a valid extruder" % (extruder_name,))
-        self.stepper.set_position([extruder.last_position, 0., 0.])
-        self.stepper.set_trapq(extruder.get_trapq())
-        self.motion_queue = extruder_name
+        extruder = None
+        if extruder_name:
+            extruder = self.printer.lookup_object(extruder_name, None)
+            if not isinstance(extruder, PrinterExtruder):
+                raise CommandError("'%s' is not a valid extruder" % (extruder_name,))
+        self.printer.lookup_object("toolhead").flush_step_generation()
+        self.stepper.set_trapq(None)
+        self.motion_queue = extruder_name or None
+        self._shape()
+        if extruder is not None:
+            self.stepper.set_position([extruder.last_position, 0., 0.])
+            self.stepper.set_trapq(extruder.get_trapq())
+
+    def _shape(self):
+        """Be shaped, or not, as what this follows is."""
+        shaper = self.printer.lookup_object("input_shaper", None)
+        if shaper is not None:
+            shaper.shape_drive(self)
 
     def set_pressure_advance(self, pressure_advance, smooth_time):
         """Lead the moves to come by pressure_advance s, averaged over smooth_time."""
@@ -99,7 +105,8 @@ class ExtruderStepper:
 
     def _use(self, settings):
         """Lead the moves to come as a PressureAdvance says."""
-        window = self.motion_queuing.reserve_scan_window(settings.get_reach())
+        window = self.motion_queuing.reserve_scan_window(
+            settings.get_reach() + max(self.drive.get_shaper_window()))
         toolhead = self.printer.lookup_object("toolhead")
         toolhead.register_lookahead_callback(
             lambda print_time: self._apply(print_time, settings, window))
@@ -213,7 +220,8 @@ class PrinterExtruder:
         if not self.heater.can_extrude:
             raise CommandError("Extrude below minimum temp\n" + HOT_HINT)
         way, ratio = move.d_e, move.axes_r_e
-        if (move.d_x == 0. and move.d_y == 0.) or ratio < 0.:
+        is_still = move.d_x == 0. and move.d_y == 0. and move.arc is None
+        if is_still or ratio < 0.:
             if abs(way) > self.max_e_dist:
                 raise CommandError(
                     "Extrude only move too long (%.3fmm vs %.3fmm)\nSee the"
@@ -248,7 +256,8 @@ class PrinterExtruder:
         segment.start_x = move.start_e
         segment.axes_r_x = 1. if ratio > 0. else -1.
         # Pressure advance is for filament that is laid down along a way
-        is_led = ratio > 0. and (move.d_x != 0. or move.d_y != 0.)
+        is_led = ratio > 0. and (move.d_x != 0. or move.d_y != 0.
+                                 or move.arc is not None)
         segment.axes_r_y = 1. if is_led else 0.
         segment.start_v, segment.cruise_v = move.start_v * pace, move.cruise_v * pace
         segment.accel = move.accel * pace
@@ -270,6 +279,11 @@ class PrinterExtruder:
     def get_name(self):
         """Name of the section."""
         return self.name
+
+    def is_shaped(self):
+        """True if the motor follows input shapers."""
+        return (self.extruder_stepper is not None
+                and self.extruder_stepper.drive.head is not None)
 
     def get_axis_gcode_id(self):
         """Letter of the axis."""

@@ -10,11 +10,13 @@ from klippy.errors import CommandError
 from klippy.gcode_command import Coord
 
 if cython.compiled:
-    from cython.cimports.libc.math import fabs
+    from cython.cimports.libc.math import fabs, sqrt
 else:
-    from math import fabs
+    from math import fabs, sqrt
 
 AXES = "xyz"
+# mm by which rounding may take the outermost point of an arc out of a range
+ARC_SLACK = 1e-6
 # The range of an axis that is not homed: nothing is in it
 NOWHERE = (1.0, -1.0)
 
@@ -86,6 +88,29 @@ class MoveLimits:
             ratio = move.move_d / fabs(move.d_z)
             move.limit_speed(self.max_z_velocity * ratio, self.max_z_accel * ratio)
         return 0
+
+    def check_arc(self, move):
+        """As check_move(), for a move along an arc: all of it counts."""
+        arc = move.arc
+        for axis, (low, high) in enumerate(arc.find_box()):
+            if low < high and not (self.low[axis] <= low + ARC_SLACK
+                                   and high - ARC_SLACK <= self.high[axis]):
+                raise self._make_arc_error(move, axis, low, high)
+        steep, pull = arc.find_steepest(2), arc.find_pull(2)
+        if steep > 0.:
+            move.limit_speed(self.max_z_velocity / steep, self.max_z_accel / steep)
+        if pull > 0.:
+            move.limit_speed(sqrt(self.max_z_accel / (arc.curvature * pull)),
+                             move.accel)
+        return 0
+
+    def _make_arc_error(self, move, axis, low, high):
+        if not self.is_homed(axis):
+            return self.make_error(move, axis)
+        far = low if low < self.low[axis] else high
+        return make_error(
+            move, "Move out of range", "the arc goes to %s %.3f, which is not within"
+            " %.3f to %.3f" % (AXES[axis].upper(), far, *self.get_range(axis)))
 
     def _refuse(self, move):
         """Raise the error of a move; axes that rest may be outside."""

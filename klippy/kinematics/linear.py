@@ -103,6 +103,14 @@ class LinearMachine:
         """Raises CommandError if a move leaves the ranges; slows one in z."""
         return self.limits.check_move(move)
 
+    def accepts_arc(self, arc):
+        """True: motors follow every arc."""
+        return True
+
+    def check_arc(self, move):
+        """As check_move(), for a move along an arc."""
+        return self.limits.check_arc(move)
+
     # Homing
 
     def home(self, homing_state):

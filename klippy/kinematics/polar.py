@@ -68,7 +68,9 @@ class PolarKinematics:
             motor.set_trapq(toolhead.get_trapq())
         for motor in self.rail_z.get_steppers():
             motor.set_stepper_kinematics(LinearKinematics(0., 0., 1.))
-        self._connect(PolarBedKinematics(), RadiusKinematics())
+        # kept over homing: what is set up in them (a shaper, say) holds
+        self.motor_kinematics = PolarBedKinematics(), RadiusKinematics()
+        self._connect(*self.motor_kinematics)
         self._find_room(toolhead, config)
         self.is_homing = False
         self.printer.register_event_handler("stepper_enable:motor_off",
@@ -169,15 +171,37 @@ class PolarKinematics:
             radius *= 2.
         return sorted(cuts + span.find_crossings(move, free))
 
+    def accepts_arc(self, arc):
+        """True if it need not be made in parts, however fast it is to be."""
+        if arc.normal != 2:
+            return False
+        near, far = arc.find_nearest(0., 0.)
+        velocity, _ = self.toolhead.get_max_velocity()
+        return (near * self.max_angular_velocity >= velocity
+                or (near > CORE and far <= 2. * near))
+
+    def check_arc(self, move):
+        """As check_move(), for a move along an arc around a vertical axis."""
+        self.limits.check_arc(move)
+        near, far = move.arc.find_nearest(0., 0.)
+        if far > self.max_radius + SLACK or near < self.min_radius - SLACK:
+            self._refuse_reach(move, near, far)
+        if near * self.max_angular_velocity < math.sqrt(move.max_cruise_v2):
+            move.limit_speed(near * self.max_angular_velocity, move.accel)
+        return 0
+
     def _check_reach(self, move, span):
         radius = math.hypot(move.end_x, move.end_y)
-        if radius > self.max_radius:
+        if radius > self.max_radius or span.nearest < self.min_radius:
+            self._refuse_reach(move, span.nearest, radius)
+
+    def _refuse_reach(self, move, near, far):
+        if far > self.max_radius:
             raise make_error(move, "Move out of range", "%.3f from the center is more"
-                             " than %.3f" % (radius, self.max_radius))
-        if span.nearest < self.min_radius:
-            raise make_error(
-                move, "Move out of range", "it leads to %.3f from the center, nearer"
-                " than %.3f" % (span.nearest, self.min_radius))
+                             " than %.3f" % (far, self.max_radius))
+        raise make_error(
+            move, "Move out of range", "it leads to %.3f from the center, nearer"
+            " than %.3f" % (near, self.min_radius))
 
     # Homing
 
@@ -211,7 +235,7 @@ class PolarKinematics:
         finally:
             self.is_homing = False
             self.toolhead.flush_step_generation()
-            self._connect(PolarBedKinematics(), RadiusKinematics())
+            self._connect(*self.motor_kinematics)
             self.toolhead.set_position(self.toolhead.get_position())
 
     def get_status(self, eventtime):

@@ -32,8 +32,9 @@ cdef class RotaryDeltaMachine:
     cdef double max_radius2
     cdef readonly list home_position
 
-    @cython.locals(reach2=double, ratio=double)
+    @cython.locals(reach2=double)
     cpdef int check_move(self, Move move) except -1
+    cdef int slow_down(self, Move move, double ratio) except -1
     @cython.locals(arm=Arm, ratio=double)
     cpdef double find_ratio(self, double x, double y, double z) except -1.
     @cython.locals(arm=Arm)

@@ -28,6 +28,8 @@ SLOW_RATIO, MAX_RATIO = 3., 12.
 HOMING_MARGIN = 1.5
 # Homing starts no lower than where arms are stretched to this share
 STRETCH = 0.98
+# Shares of an arc's way at which arms are looked at
+SHARES = tuple(i / 16. for i in range(17))
 # Directions in which the reach is looked at
 DIRECTIONS = 48
 SLACK = 1e-6
@@ -82,6 +84,15 @@ class Arm:
         x, y = x + share * move.d_x, y + share * move.d_y
         z = z + share * move.d_z
         return start - sqrt(x * x + y * y + z * z)
+
+    def find_distance(self, arc):
+        """Distance from the elbow at the arm's top that an ArcPath keeps.
+
+        The arc turns around a vertical axis; if it is level, it comes so near.
+        """
+        near, _ = arc.find_nearest(self.top_x, self.top_y)
+        low, high = sorted((arc.start[2], arc.end[2]))
+        return math.hypot(near, max(low - self.top_z, self.top_z - high, 0.))
 
 
 def read_arms(config):
@@ -232,8 +243,13 @@ class RotaryDeltaMachine:
                 or move.end_z < self.min_z):
             self._refuse(move)
         self._check_arms(move)
-        ratio = fmax(self.find_ratio(move.start_x, move.start_y, move.start_z),
-                     self.find_ratio(move.end_x, move.end_y, move.end_z))
+        self.slow_down(move, fmax(
+            self.find_ratio(move.start_x, move.start_y, move.start_z),
+            self.find_ratio(move.end_x, move.end_y, move.end_z)))
+        return 0
+
+    def slow_down(self, move, ratio):
+        """Slow a move on which an elbow is so much faster than the head, or z."""
         if ratio > SLOW_RATIO:
             ratio = fmin(ratio, MAX_RATIO)
             move.limit_speed(self.max_velocity * SLOW_RATIO / ratio,
@@ -241,6 +257,29 @@ class RotaryDeltaMachine:
         if move.d_z != 0.:
             move.limit_speed(self.max_z_velocity * move.move_d / fabs(move.d_z),
                              move.accel)
+        return 0
+
+    def accepts_arc(self, arc):
+        """True if check_arc() knows all of it: level, or away from the endstops."""
+        return arc.normal == 2 and (arc.start[2] == arc.end[2] or all(
+            arm.find_distance(arc) >= arm.lower for arm in self.arms))
+
+    def check_arc(self, move):
+        """As check_move(), for a move along an arc around a vertical axis."""
+        arc = move.arc
+        _, reach = arc.find_nearest(0., 0.)
+        if not self.is_homed or move.end_z < self.min_z:
+            self._refuse(move)
+        if reach > self.max_radius + SLACK:
+            raise make_error(move, "Move out of range", "the arc goes to %.3f from the"
+                             " center, which is more than %.3f"
+                             % (reach, self.max_radius))
+        for rail, arm in zip(self.rails, self.arms, strict=True):
+            start = math.dist(arc.start, (arm.top_x, arm.top_y, arm.top_z))
+            if min(start, arm.lower) - arm.find_distance(arc) > SLACK:
+                raise self._make_top_error(move, rail)
+        self.slow_down(move, max(self.find_ratio(*arc.find_point(share))
+                                 for share in SHARES))
         return 0
 
     def find_ratio(self, x, y, z):
@@ -253,9 +292,12 @@ class RotaryDeltaMachine:
     def _check_arms(self, move):
         for rail, arm in zip(self.rails, self.arms, strict=True):
             if arm.find_over(move) > SLACK:
-                raise make_error(
-                    move, "Move out of range", "the arm of %s would swing past its"
-                    " endstop" % (rail.get_name(),))
+                raise self._make_top_error(move, rail)
+
+    def _make_top_error(self, move, rail):
+        return make_error(
+            move, "Move out of range", "the arm of %s would swing past its"
+            " endstop" % (rail.get_name(),))
 
     def _refuse(self, move):
         if not self.is_homed:

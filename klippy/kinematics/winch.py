@@ -105,6 +105,14 @@ class WinchMachine:
         """Any move will do: no cable is ever faster than the head."""
         return 0
 
+    def accepts_arc(self, arc):
+        """True: cables follow every arc."""
+        return True
+
+    def check_arc(self, move):
+        """As check_move()."""
+        return 0
+
     def get_status(self, eventtime):
         """homed_axes; the box around the anchors as axis_minimum, axis_maximum."""
         return {"homed_axes": "xyz", "axis_minimum": self.axes_min,

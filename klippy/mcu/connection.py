@@ -18,6 +18,9 @@ class Connection:
         self.path, self.baud = None, 0
         if self.canbus_uuid is not None:
             self.canbus_interface = config.get("canbus_interface", "can0")
+            numbers = config.get_printer().load_object(config, "canbus_ids")
+            self.canbus_node = numbers.add_uuid(config, self.canbus_uuid,
+                                                self.canbus_interface)
             return
         self.path = config.get("serial")
         self.baud = config.getint("baud", DEFAULT_BAUD, minval=MIN_BAUD)
@@ -38,7 +41,8 @@ class Connection:
         elif machine is not None:
             serial.connect_virtual(machine.world, machine.open_link(self.mcu_name))
         elif self.canbus_uuid is not None:
-            serial.connect_canbus(self.canbus_uuid, 0, self.canbus_interface)
+            serial.connect_canbus(self.canbus_uuid, self.canbus_node,
+                                  self.canbus_interface)
         elif seriallink.is_socket(self.path):
             serial.connect_remote(self.path)
         elif seriallink.is_terminal(self.path):

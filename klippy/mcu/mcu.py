@@ -18,7 +18,7 @@ from klippy.mcu.digital_out import MCU_digital_out
 from klippy.mcu.endstop import MCU_endstop
 from klippy.mcu.faults import FaultWatch
 from klippy.mcu.pwm import MCU_pwm
-from klippy.mcu.restart import METHODS, McuRestart
+from klippy.mcu.restart import METHODS, McuRestart, list_behind
 from klippy.mcu.stats import McuStats
 
 # Start argument: names of mcus that a firmware restart did not reach
@@ -54,6 +54,8 @@ class MCU:
         method = None
         if self._connection.baud:
             method = config.getchoice("restart_method", METHODS, None)
+        elif self._connection.canbus_uuid is not None:
+            method = "command"
         self._clocksync = clock_sync
         self._serial = serialhdl.SerialReader(self._reactor, self._name)
         self._restart = McuRestart(self, method, self._connection)
@@ -65,7 +67,7 @@ class MCU:
         self._reserved_move_slots = 0
         self.late_outputs = 0
         self._mcu_freq = 0.
-        self._is_configured = False
+        self._is_configured = self._has_restarted = False
         self._emergency_stop_cmd = self._clear_shutdown_cmd = None
         self._get_status_info = {}
         pins.get(printer).register_chip(self._name, self)
@@ -100,6 +102,14 @@ class MCU:
     def is_fileoutput(self):
         """True if commands go to a file and nobody answers."""
         return self._connection.is_fileoutput()
+
+    def is_on_canbus(self):
+        """True if it is a node of a CAN bus."""
+        return self._connection.canbus_uuid is not None
+
+    def is_bridge(self):
+        """True if it is a CAN adapter for others."""
+        return bool(self.get_constants().get("CANBUS_BRIDGE"))
 
     def is_shutdown(self):
         """True once the mcu has reported a shutdown."""
@@ -446,8 +456,12 @@ class MCU:
         self.send_emergency_stop()
 
     def _handle_firmware_restart(self, force=False):
-        if self.is_fileoutput():
+        if self.is_fileoutput() or self._has_restarted:
             return
+        self._has_restarted = True
+        for mcu in list_behind(self, [m for _, m in
+                                      self._printer.lookup_objects("mcu")]):
+            mcu._handle_firmware_restart()
         try:
             self.microcontroller_restart()
         except McuError as err:

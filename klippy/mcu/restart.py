@@ -4,8 +4,6 @@
 import logging
 import os
 
-import serial
-
 from klippy.errors import McuError
 
 METHODS = {"arduino": "arduino", "cheetah": "cheetah", "command": "command",
@@ -14,6 +12,15 @@ RESET_BAUD = 2400
 USB_POWER = "/sys/devices/platform/soc/*.usb/buspower"
 SETTLE_TIME = 0.015
 REBOOT_TIME = 2.
+
+
+def list_behind(mcu, others):
+    """Of `others` those that are reached through this one's CAN adapter: they must
+    restart before it does, as the way to them is gone then."""
+    if not mcu.is_bridge():
+        return []
+    return [other for other in others if other is not mcu and other.is_on_canbus()
+            and not other.is_bridge()]
 
 
 class McuRestart:
@@ -112,6 +119,7 @@ class McuRestart:
             self._pause(REBOOT_TIME)
 
     def _open_port(self, baud):
+        import serial
         try:
             port = serial.Serial(baudrate=baud, timeout=0, exclusive=True)
             port.port = self._connection.path

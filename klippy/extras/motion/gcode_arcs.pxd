@@ -18,3 +18,5 @@ cdef class Arc:
     cdef int _find_angle(self, bint is_clockwise) except -1
     @cython.locals(turned=double, radius=double, cosine=double, sine=double)
     cdef int _find_point(self, double share) except -1
+    @cython.locals(from_a=double, from_b=double, to_a=double, to_b=double)
+    cdef double _turn_around(self, double a, double b) except? -100.

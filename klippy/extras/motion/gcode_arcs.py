@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""[gcode_arcs]: G2 and G3, arcs made of short straight moves."""
+"""[gcode_arcs]: G2 and G3, as arcs or as short straight moves."""
 
 import math
 
 import cython
+
+from klippy.arcpath import ArcPath
 
 if cython.compiled:
     from cython.cimports.libc.math import cos, sin
@@ -17,6 +19,13 @@ SAME_POINT = 1e-6
 # Greatest turn of one move, so that small circles are round
 MAX_TURN = math.pi / 8.
 MAX_MOVES = 1000000
+# Both radii of an arc that is made as one may differ so much (mm), and it may
+# be so far off: numbers in files are rounded
+ROUNDING = 0.005
+# Smaller radii (mm) are no arcs
+MIN_RADIUS = 1e-4
+# Angles of a way at which an arc is compared with what was asked for
+SHARES = tuple(i / 8. for i in range(1, 8))
 # So much (mm) may the ends be further apart than the diameter, for rounding
 R_SLACK = 0.002
 
@@ -87,6 +96,45 @@ class Arc:
         self._find_point(share)
         return self.point[0], self.point[1], self.point[2]
 
+    def make_path(self):
+        """The ArcPath through both ends; None if there is none close to this one.
+
+        The centre is moved to where both ends are at the same distance.
+        """
+        if (abs(self.end_radius - self.radius) > ROUNDING
+                or self.radius < MIN_RADIUS):
+            return None
+        chord_a = self.end[self.axis_a] - self.start[self.axis_a]
+        chord_b = self.end[self.axis_b] - self.start[self.axis_b]
+        chord2 = chord_a * chord_a + chord_b * chord_b
+        a, b, angle = self.center_a, self.center_b, self.angle
+        if chord2 > 0.:
+            off = (0.5 * chord2 + self.arm_a * chord_a + self.arm_b * chord_b) / chord2
+            a, b = a + off * chord_a, b + off * chord_b
+            angle = self._turn_around(a, b)
+        if abs(angle - self.angle) > MAX_TURN:
+            return None
+        # The third axis, around which x to y, y to z, z to x are positive
+        is_turned = (self.axis_a + 1) % 3 != self.axis_b
+        path = ArcPath(self.start, self.end, (b, a) if is_turned else (a, b),
+                       -angle if is_turned else angle, self.axis_c)
+        radius = path.radius
+        for share in SHARES:
+            self._find_point(share)
+            off = math.hypot(self.point[self.axis_a] - a,
+                             self.point[self.axis_b] - b) - radius
+            if abs(off) > ROUNDING:
+                return None
+        return path
+
+    def _turn_around(self, a, b):
+        """The angle between the ends as seen from another centre."""
+        from_a, from_b = self.start[self.axis_a] - a, self.start[self.axis_b] - b
+        to_a, to_b = self.end[self.axis_a] - a, self.end[self.axis_b] - b
+        angle = math.atan2(from_a * to_b - from_b * to_a,
+                           from_a * to_a + from_b * to_b)
+        return angle + 2. * math.pi * round((self.angle - angle) / (2. * math.pi))
+
     def run(self, count, start_e, end_e, speed, make_move):
         """Call make_move(x, y, z, e, speed) count times, last with the end."""
         way_e = end_e - start_e
@@ -121,6 +169,8 @@ class ArcSupport:
         printer = config.get_printer()
         self.resolution = config.getfloat("resolution", 1., above=0.)
         self.chord_error = config.getfloat("chord_error", 0., minval=0.)
+        self.spiral_tolerance = config.getfloat("spiral_tolerance", 0.5, minval=0.)
+        self.is_native = config.getboolean("native", True)
         self.gcode_move = printer.load_object(config, "gcode_move")
         self.letters, self.axes = PLANES["G17"]
         register = printer.lookup_object("gcode").register_command
@@ -150,12 +200,41 @@ class ArcSupport:
         arm = self._read_arm(gcmd, start, end, is_clockwise)
         speed = self._read_speed(gcmd)
         arc = Arc(start[:3], end[:3], arm, self.axes, is_clockwise)
+        self._check_spiral(gcmd, arc)
+        if self.is_native and self._run_native(arc, end[3], speed):
+            return
         count = arc.count_moves(self.resolution, self.chord_error)
         if count > MAX_MOVES:
             raise gcmd.error("Error on '%s': the arc would need %d moves (at most %d)"
                              % (gcmd.get_commandline(), count, MAX_MOVES))
         gcode_move.speed = speed
         arc.run(count, start[3], end[3], speed, gcode_move.make_move)
+
+    def _check_spiral(self, gcmd, arc):
+        """Raise a CommandError if both ends are too far from one circle."""
+        off = abs(arc.end_radius - arc.radius)
+        if off > self.spiral_tolerance + R_SLACK:
+            raise gcmd.error(
+                "Error on '%s': the end is %.3f mm from the centre, the start %.3f mm,"
+                " which differs by %.3f mm (at most %.3f). Is the centre (%s) given"
+                " from the start of the arc? For spirals raise 'spiral_tolerance' in"
+                " [gcode_arcs]"
+                % (gcmd.get_commandline(), arc.end_radius, arc.radius, off,
+                   self.spiral_tolerance, ", ".join(self.letters)))
+
+    def _run_native(self, arc, end_e, speed):
+        """Have the arc made as one move; False if that is not possible here."""
+        gcode_move = self.gcode_move
+        toolhead = gcode_move.find_arc_target()
+        if toolhead is None:
+            return False
+        path = arc.make_path()
+        if (path is None or not toolhead.can_follow(path)
+                or toolhead.get_position()[:3] != list(path.start)):
+            return False
+        gcode_move.speed = speed
+        gcode_move.make_arc(toolhead, path, end_e, speed)
+        return True
 
     def _read_arm(self, gcmd, start, end, is_clockwise):
         """From start to centre, in the plane: [a, b]."""

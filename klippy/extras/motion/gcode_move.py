@@ -155,6 +155,25 @@ class GCodeMove(MoveSink):
                     and len(self.base_position) == 4)
         self.plain_toolhead = toolhead if is_plain else None
 
+    def find_arc_target(self):
+        """The ToolHead, if positions get there as they are: else None.
+
+        A transform may have a method passes_unchanged() that says so of itself;
+        `next_transform` is where it passes them to.
+        """
+        if self.plain_toolhead is not None or self.move_transform is None:
+            return self.plain_toolhead
+        target = self.move_transform
+        if self._move_with_transform != target.move or len(self.base_position) != 4:
+            return None
+        while not isinstance(target, ToolHead):
+            passes = getattr(target, "passes_unchanged", None)
+            if passes is None or not passes():
+                return None
+            target = target.next_transform
+        is_replaced = type(target).move is not ToolHead.move or "move" in vars(target)
+        return None if is_replaced else target
+
     def reset_last_position(self):
         """Read the position again after the head was moved by others."""
         if self.is_printer_ready:
@@ -207,6 +226,22 @@ class GCodeMove(MoveSink):
             if not is_done:
                 self.reset_last_position()
         return 0
+
+    def make_arc(self, toolhead, arc, e, speed):
+        """Follow an ArcPath from the last position; toolhead: find_arc_target().
+
+        Raises CommandError.
+        """
+        last = self.last_position
+        last[0], last[1], last[2] = arc.end
+        last[3] = e
+        is_done = False
+        try:
+            toolhead.move_arc(arc, e, speed)
+            is_done = True
+        finally:
+            if not is_done:
+                self.reset_last_position()
 
     def cmd_G1(self, gcmd):
         """Move: X Y Z E and further axes, F in mm/min."""

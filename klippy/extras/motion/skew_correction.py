@@ -87,6 +87,10 @@ class SkewCorrection:
         """Go to a position in the coordinates of a square machine."""
         self.next_transform.move(self.skew.correct(newpos), speed)
 
+    def passes_unchanged(self):
+        """True while moves go on as they come."""
+        return self.skew == Skew()
+
     def _use(self, skew, profile_name=""):
         self.skew, self.current_profile_name = skew, profile_name
         self.gcode_move.reset_last_position()
