@@ -14,6 +14,8 @@ class FanOptions:
     """Options common to every kind of fan section."""
 
     max_power: float
+    min_power: float
+    initial_speed: float
     kick_start_time: float
     off_below: float
     cycle_time: float
@@ -22,8 +24,15 @@ class FanOptions:
 
     @classmethod
     def from_config(cls, config, default_shutdown_speed):
+        max_power = config.getfloat("max_power", 1.0, above=0.0, maxval=1.0)
+        min_power = config.getfloat("min_power", 0.0, minval=0.0, maxval=1.0)
+        if min_power > max_power:
+            raise config.error(
+                "Option 'min_power' in section '%s' must not be above max_power, %s"
+                % (config.get_name(), max_power))
         return cls(
-            config.getfloat("max_power", 1.0, above=0.0, maxval=1.0),
+            max_power, min_power,
+            config.getfloat("initial_speed", 0.0, minval=0.0, maxval=1.0),
             config.getfloat("kick_start_time", 0.1, minval=0.0),
             config.getfloat("off_below", 0.0, minval=0.0, maxval=1.0),
             config.getfloat("cycle_time", 0.010, above=0.0),
@@ -33,12 +42,14 @@ class FanOptions:
 
 
 class Fan:
-    """A fan; status: speed (0..1) and rpm (None without tachometer)."""
+    """A fan.  Status: speed and power (0..1 of full power; power is what the pin has
+    now), value (0..1, as asked for), rpm (None without tachometer)."""
 
     def __init__(self, config, default_shutdown_speed=0.0):
         self.printer = config.get_printer()
         self.options = FanOptions.from_config(config, default_shutdown_speed)
-        self.last_fan_value = self.last_req_value = 0.0
+        self.last_speed = self.options.initial_speed
+        self.last_fan_value = self.last_req_value = self._calc_power(self.last_speed)
         self._setup_pins(config)
         self.tachometer = tachometer.FanTachometer(config)
         self.requests = request_queue.GCodeRequestQueue(
@@ -53,23 +64,27 @@ class Fan:
         self.mcu_fan.setup_max_duration(0.0)
         self.mcu_fan.setup_cycle_time(options.cycle_time, options.hardware_pwm)
         self.mcu_fan.setup_start_value(
-            0.0, min(options.shutdown_speed, options.max_power))
+            self.last_fan_value, min(options.shutdown_speed, options.max_power))
         self.enable_pin = None
         pin = config.get("enable_pin", None)
         if pin is not None:
             self.enable_pin = ppins.setup_pin("digital_out", pin)
             self.enable_pin.setup_max_duration(0.0)
+            if self.last_fan_value:
+                self.enable_pin.setup_start_value(1, 0)
 
     def get_mcu(self):
         return self.mcu_fan.get_mcu()
 
     def _calc_power(self, speed):
-        if speed < self.options.off_below:
+        low, high = self.options.min_power, self.options.max_power
+        if speed <= 0.0 or speed < self.options.off_below:
             return 0.0
-        return min(max(speed, 0.0), 1.0) * self.options.max_power
+        return low + min(speed, 1.0) * (high - low)
 
     def _apply_speed(self, print_time, speed):
         power = self._calc_power(speed)
+        self.last_speed = min(max(speed, 0.0), 1.0)
         if power == self.last_fan_value:
             return "discard", 0.0
         is_start = not self.last_fan_value
@@ -101,7 +116,8 @@ class Fan:
         self.set_speed(0.0)
 
     def get_status(self, eventtime):
-        return {"speed": self.last_req_value,
+        return {"speed": self.last_req_value, "power": self.last_fan_value,
+                "value": self.last_speed,
                 "rpm": self.tachometer.get_status(eventtime)["rpm"]}
 
 

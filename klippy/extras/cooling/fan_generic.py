@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """[fan_generic name]: a fan commanded by SET_FAN_SPEED."""
-from klippy.extras import fan
+from klippy.extras import fan, template_evaluator
 
 
 class PrinterFanGeneric:
@@ -10,7 +10,9 @@ class PrinterFanGeneric:
         self.fan = fan.Fan(config, default_shutdown_speed=0.0)
         self.fan_name = config.get_name().split()[-1]
         self.get_status = self.fan.get_status
-        gcode = config.get_printer().lookup_object("gcode")
+        printer = config.get_printer()
+        self.evaluator = printer.load_object(config, "template_evaluator")
+        gcode = printer.lookup_object("gcode")
         gcode.register_mux_command(
             "SET_FAN_SPEED", "FAN", self.fan_name, self.cmd_SET_FAN_SPEED,
             desc=self.cmd_SET_FAN_SPEED_help)
@@ -18,7 +20,19 @@ class PrinterFanGeneric:
     cmd_SET_FAN_SPEED_help = "Sets the speed of a fan"
 
     def cmd_SET_FAN_SPEED(self, gcmd):
-        self.fan.set_speed_from_command(gcmd.get_float("SPEED", minval=0.0))
+        speed = gcmd.get_float("SPEED", None, minval=0.0)
+        template = gcmd.get("TEMPLATE", None)
+        if (speed is None) == (template is None):
+            raise gcmd.error("SET_FAN_SPEED FAN=%s needs either SPEED or TEMPLATE"
+                             % (self.fan_name,))
+        if template is not None:
+            self.evaluator.set_template(gcmd, self, self._show_text)
+            return
+        self.evaluator.remove(self)
+        self.fan.set_speed_from_command(speed)
+
+    def _show_text(self, text):
+        self.fan.set_speed(template_evaluator.read_number(text, 1.0))
 
 
 def load_config_prefix(config):

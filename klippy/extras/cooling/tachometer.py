@@ -49,16 +49,23 @@ class FanTachometer:
             " count_clock=%u", oid)
 
     def _handle_state(self, params):
-        clock = self.mcu.clock32_to_clock64(params["count_clock"])
-        now = self.mcu.clock_to_print_time(clock)
         count = params["count"]
+        edge_time = self._find_time(params["count_clock"])
         if self.last_time is not None:
             edges = (count - self.last_count) & 0xffffffff
-            elapsed = now - self.last_time
-            # Both edges of every pulse are counted.
-            if elapsed > 0.0:
+            elapsed = edge_time - self.last_time
+            if not edges:
+                # it stands: what comes next is counted from this report on
+                self.frequency = 0.0
+                edge_time = self._find_time(params["next_clock"]) - SAMPLE_TIME
+            elif elapsed > 0.0:
+                # both edges of every pulse are counted
                 self.frequency = 0.5 * edges / elapsed
-        self.last_count, self.last_time = count, now
+        self.last_count, self.last_time = count, edge_time
+
+    def _find_time(self, clock32):
+        """print_time of a clock of the mcu."""
+        return self.mcu.clock_to_print_time(self.mcu.clock32_to_clock64(clock32))
 
     def get_status(self, eventtime):
         if self.frequency is None:

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """[temperature_fan name]: a fan that holds a sensor at a temperature."""
-from klippy.extras import fan
+from klippy.extras import fan, temperature_fan_control, temperature_fan_curve
 
 ABSOLUTE_ZERO = -273.15
-START_TEMP = 25.0
 MAX_FAN_TIME = 5.0
 
 
 class TemperatureFan:
-    """Status: those of Fan plus temperature and target (degC)."""
+    """Status: those of Fan plus temperature, target (degC), control, and points
+    ([degC, speed]) of a curve."""
 
     def __init__(self, config):
         self.printer = config.get_printer()
@@ -24,13 +24,17 @@ class TemperatureFan:
         self.target_temp_conf = self.target_temp = config.getfloat(
             "target_temp", min(40.0, self.max_temp),
             minval=self.min_temp, maxval=self.max_temp)
-        controls = {"watermark": ControlBangBang, "pid": ControlPID}
-        kind = config.getchoice("control", {name: name for name in controls})
-        self.control = controls[kind](self, config)
+        kinds = temperature_fan_control.KINDS
+        kind = config.getchoice("control", {name: name for name in kinds})
+        self.control_name = kind
+        self.control = kinds[kind](self, config)
         self.printer.lookup_object("gcode").register_mux_command(
             "SET_TEMPERATURE_FAN_TARGET", "TEMPERATURE_FAN", self.name,
             self.cmd_SET_TEMPERATURE_FAN_TARGET,
             desc=self.cmd_SET_TEMPERATURE_FAN_TARGET_help)
+        self.curve_command = None
+        if kind == "curve":
+            self.curve_command = temperature_fan_curve.CurveCommand(self)
 
     def _setup_sensor(self, config):
         heaters = self.printer.load_object(config, "heaters")
@@ -72,6 +76,9 @@ class TemperatureFan:
         status = self.fan.get_status(eventtime)
         status["temperature"] = round(self.last_temp, 2)
         status["target"] = self.target_temp
+        status["control"] = self.control_name
+        if self.curve_command is not None:
+            status["points"] = [list(point) for point in self.control.points]
         return status
 
     def stats(self, eventtime):
@@ -101,52 +108,6 @@ class TemperatureFan:
                              % (low, high))
         self.set_temp(target)
         self.min_speed, self.max_speed = low, high
-
-
-class ControlBangBang:
-    """Fan on above target + max_delta, off below target - max_delta."""
-
-    def __init__(self, owner, config):
-        self.owner = owner
-        self.delta = config.getfloat("max_delta", 2.0, above=0.0)
-        self.is_on = False
-
-    def calc_speed(self, read_time, temp, target):
-        """Speed 0..1 for a reading."""
-        if temp >= target + self.delta:
-            self.is_on = True
-        elif temp <= target - self.delta:
-            self.is_on = False
-        return self.owner.max_speed if self.is_on else 0.0
-
-
-class ControlPID:
-    """PID of the cooling: more speed the further above the target."""
-
-    def __init__(self, owner, config):
-        self.owner = owner
-        self.kp, self.ki, self.kd = [
-            config.getfloat(name) / 255.0
-            for name in ("pid_kp", "pid_ki", "pid_kd")]
-        self.deriv_time = config.getfloat("pid_deriv_time", 2.0, above=0.0)
-        self.last_temp, self.last_time = START_TEMP, 0.0
-        self.slope = self.integral = 0.0
-
-    def calc_speed(self, read_time, temp, target):
-        """Speed 0..1 for a reading."""
-        elapsed = read_time - self.last_time
-        weight = min(elapsed / self.deriv_time, 1.0)
-        rate = (temp - self.last_temp) / max(elapsed, 1e-6)
-        self.slope += (rate - self.slope) * weight
-        error = temp - target
-        limit = self.owner.max_speed / self.ki if self.ki else 0.0
-        integral = min(max(self.integral + error * elapsed, 0.0), limit)
-        wanted = self.kp * error + self.ki * integral + self.kd * self.slope
-        speed = min(max(wanted, 0.0), self.owner.max_speed)
-        if speed == wanted:
-            self.integral = integral
-        self.last_temp, self.last_time = temp, read_time
-        return max(speed, self.owner.min_speed)
 
 
 def load_config_prefix(config):

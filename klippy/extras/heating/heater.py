@@ -7,7 +7,7 @@ the main thread.  Both hold `lock` while they touch shared fields.
 import threading
 from dataclasses import dataclass
 
-from klippy.extras import control_pid, control_watermark
+from klippy.extras import control_mpc, control_pid, control_watermark
 
 ABSOLUTE_ZERO = -273.15
 # The mcu turns a heater off by itself this long after the last update.
@@ -24,7 +24,8 @@ REHEAT_DROP = 4.0
 MAIN_THREAD_TIMEOUT = 5.0
 
 CONTROLS = {"watermark": control_watermark.ControlBangBang,
-            "pid": control_pid.ControlPID}
+            "pid": control_pid.ControlPID,
+            "mpc": control_mpc.ControlMPC}
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class HeaterLimits:
 
 
 class Heater:
-    """Heater of any kind; status: temperature, target, power."""
+    """Heater of any kind; status: temperature, target, power, pid_profile."""
 
     def __init__(self, config, sensor):
         self.printer = config.get_printer()
@@ -77,6 +78,9 @@ class Heater:
         self.main_thread_until = -999.0
         self.is_shutdown = False
         self.n_expired = 0
+        self.reading_callbacks = []
+        # of heater_watchdog's probe: added to a power between off and full
+        self.duty_offset = 0.0
         kind = config.getchoice("control", {name: name for name in CONTROLS})
         self.control = CONTROLS[kind](self, config)
         self.mcu_pwm = self._setup_pin(config)
@@ -103,12 +107,23 @@ class Heater:
             "motion_queuing:hold", self._handle_hold)
         self.printer.load_object(config, "verify_heater " + self.short_name)
         self.printer.load_object(config, "pid_calibrate")
+        self.profiles = self.printer.load_object(config, "pid_profiles")
+        self.profiles.add_heater(self)
 
     # Readings and output
+
+    def add_reading_callback(self, callback):
+        """Call callback(print_time, degC, target, duty until now) with each reading.
+
+        On the response thread, under `lock`.
+        """
+        self.reading_callbacks.append(callback)
 
     def temperature_callback(self, read_time, temp):
         """Take a reading (print_time, degC) and let the control answer."""
         with self.lock:
+            for callback in self.reading_callbacks:
+                callback(read_time, temp, self.target_temp, self.last_pwm_value)
             elapsed = read_time - self.last_temp_time
             self.last_temp = temp
             self.last_temp_time = read_time
@@ -124,6 +139,8 @@ class Heater:
         if (self.target_temp <= 0.0 or self.is_shutdown
                 or read_time > self.main_thread_until):
             value = 0.0
+        if 0.0 < value < self.limits.max_power:
+            value = min(max(value + self.duty_offset, 0.0), self.limits.max_power)
         is_due = read_time >= self.next_pwm_time and self.last_pwm_value
         change = abs(value - self.last_pwm_value)
         is_switch_off = not value and self.last_pwm_value
@@ -186,6 +203,10 @@ class Heater:
                 "Requested temperature (%.1f) of heater '%s' out of range"
                 " (%.1f:%.1f)" % (degrees, self.name, self.min_temp,
                                   self.max_temp))
+        explain = getattr(self.control, "explain_unready", None)
+        reason = explain() if degrees and explain is not None else None
+        if reason is not None:
+            raise self.printer.command_error(reason)
         with self.lock:
             self.target_temp = degrees
 
@@ -216,11 +237,15 @@ class Heater:
             return self.control.check_busy(
                 eventtime, self.smoothed_temp, self.target_temp)
 
-    def set_control(self, control):
-        """Exchange the control; returns the one before, heater off."""
+    def set_control(self, control, keep_target=False):
+        """Exchange the control; returns the one before.
+
+        The heater is off then, unless keep_target.
+        """
         with self.lock:
             before, self.control = self.control, control
-            self.target_temp = 0.0
+            if not keep_target:
+                self.target_temp = 0.0
         return before
 
     def stats(self, eventtime):
@@ -234,9 +259,14 @@ class Heater:
 
     def get_status(self, eventtime):
         with self.lock:
-            return {"temperature": round(self.smoothed_temp, 2),
-                    "target": self.target_temp,
-                    "power": self.last_pwm_value}
+            status = {"temperature": round(self.smoothed_temp, 2),
+                      "target": self.target_temp,
+                      "power": self.last_pwm_value,
+                      "pid_profile": self.profiles.get_loaded(self.short_name)}
+            get_stats = getattr(self.control, "get_stats", None)
+            if get_stats is not None:
+                status["control_stats"] = get_stats()
+            return status
 
     cmd_SET_HEATER_TEMPERATURE_help = "Sets a heater temperature"
 

@@ -10,7 +10,8 @@ __all__ = ["Heater", "PrinterHeaters"]
 SENSOR_MODULES = (
     "thermistor", "adc_temperature", "spi_temperature", "bme280", "htu21d",
     "lm75", "sht3x", "aht10", "ds18b20", "temperature_host",
-    "temperature_mcu", "temperature_combined")
+    "temperature_mcu", "temperature_combined", "mpc_block_temperature",
+    "mpc_ambient_temperature")
 # Sections that define a sensor type of the user's own.
 CUSTOM_SENSOR_SECTIONS = ("thermistor", "adc_temperature")
 REPORT_INTERVAL = 1.0
@@ -42,6 +43,10 @@ class PrinterHeaters:
             "TURN_OFF_HEATERS", self.cmd_TURN_OFF_HEATERS,
             desc=self.cmd_TURN_OFF_HEATERS_help)
         gcode.register_command("M105", self.cmd_M105, when_not_ready=True)
+        for name in ("HEATER_INTERRUPT", "M108"):
+            gcode.register_command(name, self.cmd_M108, when_not_ready=True,
+                                   desc=self.cmd_M108_help)
+            gcode.interrupts.register(name, self._end_waits)
         register = self.printer.register_event_handler
         register("klippy:ready", self._handle_ready)
         register("gcode:request_restart", self.turn_off_all_heaters)
@@ -140,24 +145,39 @@ class PrinterHeaters:
             heater.set_temp(0.0)
 
     def set_temperature(self, heater, temp, wait=False):
-        """Set a target in degC and, if wait and not 0, wait for it."""
+        """Set a target in degC and, if wait and not 0, wait for it.
+
+        Returns False if M108 ended the wait.
+        """
         toolhead = self.printer.lookup_object("toolhead")
         toolhead.register_lookahead_callback(lambda print_time: None)
         heater.set_temp(temp)
         if wait and temp:
-            self._wait_while(heater.check_busy)
+            return self.wait_while(heater.check_busy)
+        return True
 
-    def _wait_while(self, is_busy):
-        """Report temperatures once a second until is_busy(eventtime)."""
+    def wait_while(self, is_busy):
+        """Report temperatures once a second until not is_busy(eventtime).
+
+        Returns False if M108 ended the wait.  Raises CommandInterrupted when
+        the commands that wait are ended.
+        """
         if self.printer.get_start_args().get("debugoutput") is not None:
-            return
+            return True
         self.printer.lookup_object("toolhead").get_last_move_time()
         gcode = self.printer.lookup_object("gcode")
-        reactor = self.printer.get_reactor()
-        eventtime = reactor.monotonic()
-        while not self.printer.is_shutdown() and is_busy(eventtime):
-            gcode.respond_raw(self._format_temperatures(eventtime))
-            eventtime = reactor.pause(eventtime + REPORT_INTERVAL)
+        eventtime = self.printer.get_reactor().monotonic()
+        with gcode.interrupts.waiting() as wait:
+            while not self.printer.is_shutdown() and is_busy(eventtime):
+                if wait.is_ended:
+                    gcode.respond_info("The wait for a temperature was ended")
+                    return False
+                gcode.respond_raw(self._format_temperatures(eventtime))
+                eventtime = wait.pause(eventtime + REPORT_INTERVAL)
+        return True
+
+    def _end_waits(self):
+        self.printer.lookup_object("gcode").interrupts.end_waits()
 
     def _format_temperatures(self, eventtime):
         if not self.has_started or not self.gcode_id_to_sensor:
@@ -202,7 +222,12 @@ class PrinterHeaters:
         def is_outside(eventtime):
             return not low <= sensor.get_temp(eventtime)[0] <= high
 
-        self._wait_while(is_outside)
+        self.wait_while(is_outside)
+
+    cmd_M108_help = "End the wait for a temperature and go on with the print"
+
+    def cmd_M108(self, gcmd):
+        """Nothing more to do: waits end when the command arrives."""
 
 
 def load_config(config):

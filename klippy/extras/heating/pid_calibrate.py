@@ -8,7 +8,9 @@ ultimate gain and period, and Ziegler and Nichols' table the PID gains.
 import logging
 import math
 
+from klippy.extras import pid_profiles
 from klippy.extras.control_pid import PARAMETER_BASE
+from klippy.extras.pid_profile import Profile
 
 SWING = 5.0
 MIN_CYCLES = 12
@@ -31,6 +33,7 @@ class PIDCalibrate:
         name = gcmd.get("HEATER")
         target = gcmd.get_float("TARGET")
         write_file = gcmd.get_int("WRITE_FILE", 0)
+        profile = gcmd.get("PROFILE", pid_profiles.DEFAULT)
         heaters = self.printer.lookup_object("heaters")
         try:
             heater = heaters.lookup_heater(name)
@@ -42,7 +45,8 @@ class PIDCalibrate:
             relay.write_file("/tmp/heattest.txt")
         if relay.check_busy(0.0, 0.0, 0.0):
             raise gcmd.error("pid_calibrate interrupted")
-        self._report(gcmd, heater, relay.calc_final_pid())
+        self._report(gcmd, heater, profile,
+                     Profile("pid", relay.calc_final_pid(), target=target))
 
     def _run_relay(self, heaters, heater, target):
         relay = RelayControl(heater, target)
@@ -53,18 +57,15 @@ class PIDCalibrate:
             heater.set_control(before)
         return relay
 
-    def _report(self, gcmd, heater, gains):
-        kp, ki, kd = gains
-        logging.info("Autotune: final: Kp=%f Ki=%f Kd=%f", kp, ki, kd)
+    def _report(self, gcmd, heater, name, profile):
+        logging.info("Autotune: final: Kp=%f Ki=%f Kd=%f", *profile.gains)
         gcmd.respond_info(
-            "PID parameters: pid_Kp=%.3f pid_Ki=%.3f pid_Kd=%.3f\n"
+            "PID parameters: %s\n"
             "The SAVE_CONFIG command will update the printer config file\n"
-            "with these parameters and restart the printer." % (kp, ki, kd))
-        configfile = self.printer.lookup_object("configfile")
-        configfile.set(heater.get_name(), "control", "pid")
-        for option, value in zip(("pid_Kp", "pid_Ki", "pid_Kd"), gains,
-                                 strict=True):
-            configfile.set(heater.get_name(), option, "%.3f" % value)
+            "with these parameters and restart the printer.\n"
+            "PID_PROFILE LOAD=%s HEATER=%s has the heater work by them at once."
+            % (pid_profiles.describe_gains(profile.gains), name, heater.short_name))
+        heater.profiles.store(heater, name, profile)
 
 
 class RelayControl:

@@ -10,6 +10,8 @@ SAMPLE_COUNT = 8
 REPORT_TIME = 0.300
 RANGE_CHECK_COUNT = 4
 MAX_POINTS = 999
+# So near (share of full scale) to either end no sensor reads
+END_OF_SCALE = 0.002
 
 
 class PrinterADCtoTemperature:
@@ -19,13 +21,15 @@ class PrinterADCtoTemperature:
     shuts down after RANGE_CHECK_COUNT readings outside min/max.
     """
 
-    def __init__(self, config, adc_convert):
+    def __init__(self, config, adc_convert, pin=None):
+        """pin: instead of the option sensor_pin."""
         self.adc_convert = adc_convert
         self.name = config.get_name()
         self.temperature_callback = None
         self.range = None
         ppins = config.get_printer().lookup_object("pins")
-        self.mcu_adc = ppins.setup_pin("adc", config.get("sensor_pin"))
+        self.pin = config.get("sensor_pin") if pin is None else pin
+        self.mcu_adc = ppins.setup_pin("adc", self.pin)
         self.mcu_adc.setup_adc_callback(self._handle_samples)
         self.mcu_adc.setup_adc_sample(REPORT_TIME, SAMPLE_TIME, SAMPLE_COUNT)
         query_adc.register(config, self.name, self.mcu_adc)
@@ -43,6 +47,10 @@ class PrinterADCtoTemperature:
     def setup_minmax(self, min_temp, max_temp):
         """Let the mcu shut down outside min_temp..max_temp (degC)."""
         self.range = (min_temp, max_temp)
+        self.apply_range()
+
+    def apply_range(self):
+        """Tell the pin the readings at both ends of the range."""
         limits = sorted(min(max(self.adc_convert.calc_adc(t), 0.0), 1.0)
                         for t in self.range)
         self.mcu_adc.setup_adc_sample(
@@ -66,13 +74,23 @@ class PrinterADCtoTemperature:
         low, high = self.range
         if not last_time or low <= temperature <= high:
             return None
-        return ("Sensor of '%s' reads %.1f degC, outside its range %.1f..%.1f:"
-                " check its wiring, sensor_type, min_temp and max_temp"
-                % (self.name, temperature, low, high))
+        return ("Sensor of '%s' (pin %s of mcu '%s') reads %s, outside its range"
+                " %.1f..%.1f: check its wiring, sensor_type, min_temp and max_temp"
+                % (self.name, self.pin, details["mcu"],
+                   describe_reading(fraction, temperature), low, high))
 
     def _last_sample(self):
         value, sample_time = self.mcu_adc.get_last_value()
         return sample_time, value
+
+
+def describe_reading(fraction, temperature):
+    """Text for what an analog pin (0..1) and its sensor show."""
+    if fraction < END_OF_SCALE:
+        return "nothing (0 V, like a short to ground)"
+    if fraction > 1.0 - END_OF_SCALE:
+        return "nothing (full scale, like a short to the supply or an open contact)"
+    return "%.1f degC" % (temperature,)
 
 
 class LinearInterpolate:
@@ -130,21 +148,26 @@ class LinearVoltage:
 
 
 class LinearResistance:
-    """ADC fraction <-> degC for a resistor below a pull-up."""
+    """ADC fraction <-> degC for a resistor below a pull-up.
+
+    inline_resistor is in series with it, below the pull-up too.
+    """
 
     def __init__(self, config, samples):
         self.pullup = config.getfloat("pullup_resistor", 4700.0, above=0.0)
+        self.inline = config.getfloat("inline_resistor", 0.0, minval=0.0)
         self.curve = _make_curve(
             config, [(ohm, temp) for temp, ohm in samples])
 
     def calc_temp(self, adc):
         """degC at an ADC fraction (0..1)."""
         adc = min(max(adc, 1e-5), 1.0 - 1e-5)
-        return self.curve.interpolate(self.pullup * adc / (1.0 - adc))
+        ohm = self.pullup * adc / (1.0 - adc) - self.inline
+        return self.curve.interpolate(ohm)
 
     def calc_adc(self, temp):
         """ADC fraction at a temperature in degC."""
-        ohm = max(self.curve.reverse_interpolate(temp), 0.0)
+        ohm = max(self.curve.reverse_interpolate(temp), 0.0) + self.inline
         return ohm / (self.pullup + ohm)
 
 

@@ -33,6 +33,10 @@ BUILT_IN = {
 }
 
 
+# Near absolute zero a resistance is beyond all numbers
+MAX_LOG_R = 600.0
+
+
 @dataclass(frozen=True)
 class Curve:
     """Coefficients of 1/T = a + b*ln(R) + c*ln(R)^3 (K, ohm)."""
@@ -60,7 +64,7 @@ class Curve:
             log_r -= step
             if abs(step) < 1e-13:
                 break
-        return math.exp(log_r)
+        return math.exp(min(log_r, MAX_LOG_R))
 
 
 def fit_beta(point, beta):

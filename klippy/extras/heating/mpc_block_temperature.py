@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""sensor_type mpc_block_temperature."""
+from klippy.extras.mpc_temperature import MpcBlockTemperature
+
+
+def load_config(config):
+    config.get_printer().load_object(config, "heaters").add_sensor_factory(
+        "mpc_block_temperature", MpcBlockTemperature)
