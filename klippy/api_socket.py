@@ -22,6 +22,8 @@ MAX_OUTPUT = 4 * 1024 * 1024        # bytes a client may leave unread
 MAX_PENDING = 100                   # requests read ahead; then reading stops
 MAX_RUNNING = 500                   # requests that have begun and wait
 MAX_MALFORMED = 10                  # messages that are no JSON
+_REMEDIES = {errno.ENOENT: ": make its folder",
+             errno.EACCES: ": let this user write in its folder"}
 REQUEST_PAUSE = 0.0005              # s between starts of a client's requests
 ACCEPT_PAUSE = 1.                   # s without new clients when there are no fds
 READ_SIZE = 65536
@@ -48,12 +50,11 @@ class ApiServer:
         sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         sock.setblocking(False)
         try:
-            _remove_stale(path)
+            make_free(path)
             sock.bind(path)
         except OSError as err:
             sock.close()
-            raise self.printer.config_error(
-                "Unable to open the API socket '%s': %s" % (path, err))
+            raise self.printer.config_error(describe_error(path, err))
         sock.listen(16)
         return sock
 
@@ -106,17 +107,34 @@ class ApiServer:
             logging.warning("API socket: unable to remove '%s': %s", self.path, err)
 
 
-def _remove_stale(path):
-    """Remove the socket of a host that is gone; bind() complains about others."""
-    if not os.path.exists(path) or not stat.S_ISSOCK(os.stat(path).st_mode):
+def describe_error(path, err):
+    """What an OSError about the socket at path means, as text."""
+    reason = "%s%s" % (err.strerror or err, _REMEDIES.get(err.errno, ""))
+    if err.errno == errno.EADDRINUSE:
+        reason = "another program, maybe klippy, serves it: stop that, or take another"
+    elif err.errno == errno.EEXIST:
+        reason = "there is a file of that name: remove it, or take another"
+    return "Unable to open the API socket '%s': %s" % (path, reason)
+
+
+def make_free(path):
+    """Remove the socket of a host that is gone.
+
+    Raises OSError if somebody serves it, or if another file is there.
+    """
+    if not os.path.lexists(path):
         return
+    if not os.path.exists(path) or not stat.S_ISSOCK(os.stat(path).st_mode):
+        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST))
     probe = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         probe.connect(path)
     except ConnectionRefusedError:
         os.remove(path)
+        return
     finally:
         probe.close()
+    raise OSError(errno.EADDRINUSE, os.strerror(errno.EADDRINUSE))
 
 
 class ClientConnection:

@@ -17,6 +17,8 @@ START_INTERVAL = 0.050
 MAX_PENDING = 4
 SYNC_TIME = 4.
 MIN_CATCH_UP = 2.
+# So long (s) behind the motion that steered last no step is left on its line
+IDLE_TIME = 5.
 MASK32 = 0xffffffff
 
 
@@ -176,6 +178,8 @@ class SecondarySync(ClockSync):
         # (offset in s, ticks a s) of the conversion from the main mcu's seconds
         self.clock_adj = (0., 1.)
         self.last_sync_time = 0.
+        # From when on motion has steered last, s of the main mcu
+        self.motion_time = 0.
 
     def connect(self, serial):
         """As ClockSync.connect(), and start in step with the main mcu."""
@@ -222,9 +226,18 @@ class SecondarySync(ClockSync):
         if self._is_file:
             return self.clock_adj
         main = self._main_sync
-        self._steer(print_time + main.hold, eventtime)
+        self.motion_time = print_time + main.hold
+        self._steer(self.motion_time, eventtime)
         offset, freq = self.clock_adj
         return offset - main.hold, freq
+
+    def _take_sample(self, eventtime):
+        # Without motion nobody else does
+        main = self._main_sync
+        now = main.get_clock(eventtime) / main.mcu_freq
+        if now > self.motion_time + IDLE_TIME:
+            self._steer(now, eventtime)
+        return super()._take_sample(eventtime)
 
     def _steer(self, start_time, eventtime):
         """calibrate_clock() from a second of the main mcu on."""

@@ -117,20 +117,26 @@ class ConfigWrapper:
         if not store.has_section(self.section):
             hint = "; the file is empty: restore it" if store.is_empty() else ""
             return ConfigError("section [%s] is missing: it must set '%s'%s"
-                               % (self.section, option, hint), store.get_main_place())
+                               % (self.section, option, hint), store.get_main_place(),
+                               self.section, option)
         unread = [name for name in store.options(self.section)
                   if name not in store.asked.get(self.section, ())]
         nearest = find_nearest(option, unread)
         hint = "; is '%s' meant to be it?" % (nearest,) if nearest else ""
         return ConfigError("option '%s' in section [%s] must be set%s"
                            % (option, self.section, hint),
-                           store.get_place(self.section))
+                           store.get_place(self.section), self.section, option, nearest)
 
-    def make_error(self, option, text):
-        """A ConfigError about an option of this section, with its place."""
+    def make_error(self, option, text, nearest=None):
+        """A ConfigError about an option of this section, with its place.
+
+        nearest: the value that may have been meant.
+        """
+        place = self.fileconfig.get_place(self.section, option.lower())
         return ConfigError("option '%s' in section [%s]: %s"
                            % (option, self.section, text),
-                           self.fileconfig.get_place(self.section, option.lower()))
+                           place.at_value() if place is not None else None,
+                           self.section, option.lower(), nearest)
 
     def get(self, option, default=sentinel, note_valid=True):
         """Text of an option."""
@@ -166,7 +172,7 @@ class ConfigWrapper:
                 return default
             raise self.make_error(option, "'%s' is not one of %s%s" % (
                 shorten(str(key)), ", ".join("'%s'" % (c,) for c in choices),
-                propose(str(key), choices)))
+                propose(str(key), choices)), find_nearest(str(key), choices))
         return choices[key]
 
     def getlists(self, option, default=sentinel, seps=(",",), count=None, parser=str,
@@ -304,6 +310,20 @@ class PrinterConfig:
         lines.append("==================")
         self.printer.set_rollover_info("config", "\n".join(lines))
 
+    def replace_sections(self, prefix, sections):
+        """Sections whose names start with prefix were read again from the files.
+
+        sections: {name: ConfigWrapper}, all of them.
+        """
+        self.raw_config = {name: options for name, options in self.raw_config.items()
+                           if not name.startswith(prefix)}
+        for key in [key for key in self.access_tracking if key[0].startswith(prefix)]:
+            del self.access_tracking[key]
+        for name, section in sections.items():
+            self.raw_config[name] = dict(section.fileconfig.items(name))
+            self.access_tracking.update(section.access_tracking)
+        self._build_settings()
+
     # Options nobody knows
 
     def check_unused_options(self, config, skipped=(), known_sections=(),
@@ -342,15 +362,16 @@ class PrinterConfig:
 
     @staticmethod
     def _unknown_section(store, section, known, reasons):
-        text = reasons.get(section)
+        text, nearest = reasons.get(section), None
         if text is None and section in known:
             text = "section [%s] is used by nothing in this config" % (section,)
         if text is None:
             known = set(known) | {name for name in store.asked if name != section}
+            nearest = find_nearest(section, known)
             text = "there is no section kind [%s]%s" % (
                 section, propose(section, known, "[%s]")
                 or ": remove it, or install the plug-in that has it")
-        return ConfigError(text, store.get_place(section))
+        return ConfigError(text, store.get_place(section), section, nearest=nearest)
 
     @staticmethod
     def _unknown_option(store, section, option):
@@ -358,7 +379,8 @@ class PrinterConfig:
                  if not store.has_option(section, name)]
         return ConfigError("section [%s] has no option '%s'%s" % (
             section, option, propose(option, known) or ": remove it"),
-            store.get_place(section, option))
+            store.get_place(section, option), section, option,
+            find_nearest(option, known))
 
     # Status
 

@@ -15,6 +15,7 @@ from klippy.configtext import (
     SAVE_PREFIX,
     FileParser,
     decode,
+    describe_overridden,
     find_saved_block,
     split_lines,
 )
@@ -59,8 +60,11 @@ def comment_out(path, lines, options):
     return result
 
 
-def build_saved_block(saved):
-    """Lines of the block for {section: {option: value}}; none if it is empty."""
+def build_saved_block(saved, overridden):
+    """Lines of the block for {section: {option: value}}; none if it is empty.
+
+    overridden: {(section, option): value} of included files, kept as remarks.
+    """
     if not saved:
         return []
     lines = [SAVE_MARK, SAVE_REMARK, SAVE_PREFIX]
@@ -70,20 +74,38 @@ def build_saved_block(saved):
             first, *more = value.split("\n")
             lines.append(("%s %s = %s" % (SAVE_PREFIX, option, first)).rstrip())
             lines.extend(("%s \t%s" % (SAVE_PREFIX, text)).rstrip() for text in more)
+            if (section, option) in overridden:
+                lines.append(describe_overridden(option, overridden[section, option]))
         lines.append(SAVE_PREFIX)
     return lines
 
 
-def build_file(path, text, saved):
+def find_overridden(store, saved):
+    """{(section, option): value} of the included files that saved values override."""
+    found = {}
+    for section, option in [(s, o) for s in saved for o in saved[s]]:
+        place = store.get_place(section, option)
+        if (section, option) in store.overridden:
+            found[section, option] = store.overridden[section, option]
+        elif (option in store.options(section) and place is not None
+                and not store.is_saved(section, option) and place.path != store.path):
+            found[section, option] = store.get(section, option)
+    return found
+
+
+def build_file(path, text, saved, overridden=None):
     """The new text of the main file: text with the saved values {section:
-    {option: value}} in place of those it holds."""
+    {option: value}} in place of those it holds.
+
+    overridden: see build_saved_block().
+    """
     lines = split_lines(text)
     lines = lines[:find_saved_block(lines)]
     options = {(section, option) for section in saved for option in saved[section]}
     lines = comment_out(path, lines, options)
     while lines and not lines[-1].strip():
         lines.pop()
-    block = build_saved_block(saved)
+    block = build_saved_block(saved, overridden or {})
     newline = "\r\n" if "\r\n" in text else "\n"
     return newline.join(lines + ([""] + block if block else [])) + newline
 
@@ -140,12 +162,13 @@ class ConfigSaver:
     def __init__(self, printer):
         self.printer = printer
         self.saved = {}
+        self.store = None
         self.pending_items = {}
         self.is_pending = False
 
     def note_saved(self, store):
         """Take over what the config file's block holds."""
-        self.saved = {}
+        self.saved, self.store = {}, store
         for section in store.sections():
             options = {option: store.get(section, option)
                        for option in store.options(section)
@@ -169,16 +192,22 @@ class ConfigSaver:
             self.is_pending = True
 
     def cmd_SAVE_CONFIG(self, gcmd):
-        """Write the file and restart; without anything to save do nothing."""
+        """Write the file and restart; without anything to save do nothing.
+
+        RESTART=0: go on without a restart, for values that are in use already.
+        """
+        is_restart = gcmd.get_int("RESTART", 1, minval=0, maxval=1)
         if not self.is_pending:
             return
         path = self.printer.get_start_args()["config_file"]
         try:
             text = decode(pathlib.Path(path).read_bytes())
-            write_with_backup(path, build_file(path, text, self.saved),
-                              datetime.datetime.now())
+            new = build_file(path, text, self.saved,
+                             find_overridden(self.store, self.saved))
+            write_with_backup(path, new, datetime.datetime.now())
         except OSError as err:
             raise CommandError("Unable to write the config file '%s': %s"
                                % (path, err.strerror))
         self.is_pending, self.pending_items = False, {}
-        self.printer.lookup_object("gcode").run_script_from_command("RESTART")
+        if is_restart:
+            self.printer.lookup_object("gcode").run_script_from_command("RESTART")

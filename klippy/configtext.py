@@ -6,8 +6,10 @@ comment anywhere, a `;` at the start of a line or after a blank.  A line that is
 indented deeper than its option continues the option's value.
 """
 
+import codecs
 import errno
 import glob
+import json
 import pathlib
 import re
 
@@ -17,11 +19,16 @@ SAVE_MARK = "#*# <---------------------- SAVE_CONFIG ---------------------->"
 SAVE_PREFIX = "#*#"
 _HEADER = re.compile(r"\[(?P<name>[^\]]*)\]?(?P<rest>.*)", re.DOTALL)
 _OPTION = re.compile(r"(?P<name>[^:=]*)[:=](?P<value>.*)", re.DOTALL)
+# In SAVE_CONFIG's block: what the value above overrides, as SAVE_CONFIG saw it
+_OVERRIDES = re.compile(r"#\*# # (?P<option>\S+) overrides (?P<value>\".*\")$")
 _SEMICOLON = re.compile(r"(?:^|\s);")
 _READ_REMEDIES = {
     errno.EACCES: ": let the user that runs this program read it",
     errno.EISDIR: ": name a file in it", errno.ENOENT: ": create it",
     errno.ELOOP: ": put a file there instead of the link"}
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+# Lines of one file with errors, behind which it is taken for another kind of file
+_MAX_ERRORS = 20
 _GLOB_SIGNS = re.compile(r"[*?\[]")
 
 
@@ -55,6 +62,8 @@ class ConfigStore:
         self.path = None            # of the main file
         self.last_asked = ("", "")  # section and option
         self.warnings = []          # (text, section, option)
+        # (section, option) -> value below the saved one, in an included file
+        self.overridden = {}
         self.asked = {}
 
     # The part that plug-ins know
@@ -112,6 +121,19 @@ class ConfigStore:
 
     # Places
 
+    def locate(self, err, section):
+        """Give an error of a section's module place and names it does not have."""
+        asked, option = self.last_asked
+        text = Exception.__str__(err)
+        if err.place is None:
+            err.place = (self.guess_place(text) if asked == section
+                         else self.get_place(section))
+        if err.section is None:
+            err.section = section
+        if err.option is None and asked == section == err.section and (
+                option and option in text):
+            err.option = option
+
     def get_place(self, section, option=None):
         """Place of an option or section; None if it is not from a file."""
         entry = self._sections.get(section, {}).get(option)
@@ -163,6 +185,23 @@ def decode(data):
     return data.decode("utf-8", "surrogateescape").removeprefix("\ufeff")
 
 
+def describe_overridden(option, value):
+    """Line of SAVE_CONFIG's block: the value of another file that it overrides."""
+    return "%s # %s overrides %s" % (SAVE_PREFIX, option, json.dumps(value))
+
+
+def read_overridden(lines):
+    """{option: [values]} of a block's lines that describe_overridden() made."""
+    found = {}
+    for match in filter(None, map(_OVERRIDES.match, lines)):
+        try:
+            value = json.loads(match["value"])
+        except ValueError:
+            continue        # changed by hand: as if it was not there
+        found.setdefault(match["option"], []).append(value)
+    return found
+
+
 def find_saved_block(lines):
     """Index of the first line of SAVE_CONFIG's block, None without one."""
     for index, line in enumerate(lines):
@@ -178,20 +217,30 @@ class FileParser:
     value, place); include(pattern, place) for include lines.
     """
 
-    def __init__(self, path, emit, errors):
+    def __init__(self, path, emit, errors, n_cut=0):
+        """n_cut: characters that were cut off in front of each line."""
         self.path, self.emit, self.errors = path, emit, errors
+        self.n_cut = n_cut
         self.section = None
         self.is_skipping = False        # after a header that is no header
         self.option, self.values, self.indent = None, [], 0
         self.option_place = None
+        self.n_errors = 0
 
     def parse(self, lines, first_line=1):
         """Parse lines, the first of which has number first_line."""
         for number, line in enumerate(lines, first_line):
-            self._parse_line(line, Place(self.path, number))
+            if self.n_errors >= _MAX_ERRORS:
+                self._fail("%d lines of this file are wrong, the others were not"
+                           " looked at: is it a config file? If it was, restore it"
+                           % (self.n_errors,), Place(self.path, number))
+                break
+            column = self.n_cut + len(line) - len(line.lstrip()) + 1
+            self._parse_line(line, Place(self.path, number, column))
         self.end_option()
 
     def _fail(self, text, place):
+        self.n_errors += 1
         self.errors.append(ConfigError(text, place))
 
     def _parse_line(self, raw, place):
@@ -248,8 +297,12 @@ class FileParser:
                 self._fail("option '%s' is not in a section: write [name] above it"
                            % (shorten(name),), place)
         else:
+            value = match.group("value")
+            if value.strip():
+                place.value_column = (place.column + match.start("value")
+                                      + len(value) - len(value.lstrip()))
             self.option, self.indent, self.option_place = name, indent, place
-            self.values = [match.group("value").strip()]
+            self.values = [value.strip()]
 
     def end_option(self):
         """Pass on the option whose value is complete now."""
@@ -267,6 +320,7 @@ class ConfigReader:
         self.errors = []
         self.parsers = []               # of the files that are open, main first
         self.is_saved = False
+        self.known = {}                 # what saved values are known to override
         self.first_in_file = {}         # (path, section, option) -> Place
         self.seen_in_file = set()
 
@@ -294,22 +348,27 @@ class ConfigReader:
                     % (shorten(line),), Place(path, number)))
                 line = ""
             saved.append(line[len(SAVE_PREFIX):].removeprefix(" "))
-        self.is_saved = True
+        self.is_saved, self.known = True, read_overridden(lines[start:])
         # the first line is the mark, the second a remark
         self._parse(path, [""] + [
-            "" if "DO NOT EDIT" in line else line for line in saved[1:]], start + 1)
+            "" if "DO NOT EDIT" in line else line for line in saved[1:]], start + 1,
+            len(SAVE_PREFIX) + 1)
 
     def _read_text(self, path, place):
         try:
-            return decode(pathlib.Path(path).read_bytes())
+            data = pathlib.Path(path).read_bytes()
+            if not data.startswith(_UTF_16):
+                return decode(data)
+            self.errors.append(ConfigError(
+                "the file is in UTF-16: save it as UTF-8", Place(str(path), 1)))
         except OSError as err:
             self.errors.append(ConfigError(
                 "unable to read the config file '%s': %s%s" % (
                     path, err.strerror, _READ_REMEDIES.get(err.errno, "")), place))
-            return None
+        return None
 
-    def _parse(self, path, lines, first_line=1):
-        parser = FileParser(path, self, self.errors)
+    def _parse(self, path, lines, first_line=1, n_cut=0):
+        parser = FileParser(path, self, self.errors, n_cut)
         self.parsers.append(parser)
         parser.parse(lines, first_line)
         self.parsers.pop()
@@ -334,10 +393,19 @@ class ConfigReader:
                 "%s: option '%s' of section [%s] was set in line %d already: the last"
                 " one counts" % (place, name, section, first.line), section, name))
         elif self.is_saved and name in self.store.options(section):
-            self.store.warnings.append((
-                "%s: option '%s' of section [%s] is overridden by the value that"
-                " SAVE_CONFIG wrote (%s)" % (old, name, section, place), section, name))
+            self._note_overridden(section, name, old, place)
         self.store.set(section, name, value, place, self.is_saved)
+
+    def _note_overridden(self, section, name, old, place):
+        """A saved value (at place) overrides another one: warn if that is news."""
+        value = self.store.get(section, name)
+        if old.path != place.path:
+            self.store.overridden[section, name] = value
+            if value in self.known.get(name, ()):
+                return
+        self.store.warnings.append((
+            "%s: option '%s' of section [%s] is overridden by the value that"
+            " SAVE_CONFIG wrote (%s)" % (old, name, section, place), section, name))
 
     def include(self, pattern, place):
         """Read the files that an include line names, in order of name."""

@@ -11,12 +11,20 @@ class PrinterError(Exception):
 
 
 class Place:
-    """Where in the config files something is: file and line (0: unknown)."""
+    """Where in the config files something is: file, line and column (0: unknown).
 
-    __slots__ = ("path", "line")
+    value_column: where the value of an option begins, 0 without one.
+    """
 
-    def __init__(self, path, line=0):
+    __slots__ = ("path", "line", "column", "value_column")
+
+    def __init__(self, path, line=0, column=0, value_column=0):
         self.path, self.line = path, line
+        self.column, self.value_column = column, value_column
+
+    def at_value(self):
+        """The Place of the option's value."""
+        return Place(self.path, self.line, self.value_column or self.column)
 
     def __str__(self):
         return "%s:%d" % (self.path, self.line) if self.line else str(self.path)
@@ -32,13 +40,16 @@ class Place:
 class ConfigError(PrinterError):
     """The config, or what it describes, cannot be used.
 
-    place (Place or None) is set where the error is found or, at the latest,
-    by whoever loads the section.
+    place (Place or None), section and option (names or None) are set where the
+    error is found or, at the latest, by whoever loads the section.  nearest: the
+    name or value that may have been meant, None if none is known.
     """
 
-    def __init__(self, message="", place=None):
+    def __init__(self, message="", place=None, section=None, option=None,
+                 nearest=None):
         super().__init__(message)
         self.place = place
+        self.section, self.option, self.nearest = section, option, nearest
 
     def __str__(self):
         message = super().__str__()
@@ -55,6 +66,10 @@ class ConfigErrors(ConfigError):
 
 class CommandError(PrinterError):
     """A command cannot be carried out; the printer goes on."""
+
+
+class CommandInterrupted(CommandError):
+    """Somebody ended what ran: no failure, but no way to go on either."""
 
 
 class McuError(PrinterError):
@@ -81,9 +96,15 @@ def collect(errors):
 
 
 def describe(err):
-    """An error as plain data: kind, message, file and line (None: unknown)."""
+    """An error as plain data, None for what is unknown.
+
+    Keys: kind, message, file, line, column, section, option, nearest.
+    """
     place = getattr(err, "place", None)
     return {"kind": type(err).__name__,
             "message": Exception.__str__(err),
             "file": str(place.path) if place else None,
-            "line": (place.line or None) if place else None}
+            "line": (place.line or None) if place else None,
+            "column": (place.column or None) if place else None,
+            **{key: getattr(err, key, None)
+               for key in ("section", "option", "nearest")}}

@@ -32,6 +32,10 @@ EVENTS = {
         ("message: str", "details: dict")),
     "dual_carriage:update_kinematics": Event("another carriage drives an axis"),
     "extruder:activate_extruder": Event("another extruder is the active one"),
+    "filament:insert": Event(
+        "a sensor sees filament", ("eventtime: s", "sensor: name")),
+    "filament:runout": Event(
+        "a sensor sees no filament any more", ("eventtime: s", "sensor: name")),
     "gcode:command_error": Event("a G-code command failed"),
     "gcode:debuginput_exit": Event("the file of a batch run is at its end"),
     "gcode:request_restart": Event(

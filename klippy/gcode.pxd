@@ -11,6 +11,7 @@ cdef class MoveSink:
 cdef class ScriptMutex:
     cdef object _mutex
     cdef public int n_waiting
+    cdef public list runs
 
 
 cdef class LineRunner:
@@ -32,6 +33,7 @@ cdef class GCodeDispatch:
     cdef public object printer
     cdef public ScriptMutex mutex
     cdef public LineRunner runner
+    cdef public object interrupts
     cdef public bint is_printer_ready
     cdef public bint is_fileinput
     cdef public list output_callbacks

@@ -12,7 +12,7 @@ import re
 import traceback
 
 from klippy import gcode_builtin
-from klippy.errors import CommandError, PrinterError
+from klippy.errors import CommandError, CommandInterrupted, PrinterError
 from klippy.gcode_command import (
     REQUIRED,
     Coord,
@@ -20,6 +20,7 @@ from klippy.gcode_command import (
     is_classic,
     shorten,
 )
+from klippy.gcode_run import Interrupts, Run, find_label
 from klippy.slownote import SLOW_TIME
 from klippy_ext.gscan import MoveScan
 
@@ -46,11 +47,15 @@ class MoveSink:
 
 
 class ScriptMutex:
-    """Mutex of the running commands, which knows whether somebody waits."""
+    """Mutex of the running commands, which knows who runs and who waits.
+
+    runs: the Run that holds it first, then those that wait in their order.
+    """
 
     def __init__(self, mutex):
         self._mutex = mutex
         self.n_waiting = 0
+        self.runs = []
 
     def test(self):
         """True while commands run."""
@@ -58,20 +63,35 @@ class ScriptMutex:
 
     def lock(self):
         """Wait until no other commands run, in order of arrival."""
+        self.lock_run(Run())
+
+    def lock_run(self, run):
+        """As lock(), for a Run that others may know."""
+        self.runs.append(run)
         self.n_waiting += 1
         try:
             self._mutex.lock()
+        except BaseException:
+            self.runs.remove(run)
+            raise
         finally:
             self.n_waiting -= 1
+        run.is_holding = True
 
     def unlock(self):
+        self.runs.pop(0).is_holding = False
         self._mutex.unlock()
+
+    def find_own_run(self):
+        """The Run that holds the mutex, if it is one of this greenlet."""
+        run = self.runs[0] if self.runs else None
+        return run if run is not None and run.is_own() else None
 
     def __enter__(self):
         self.lock()
 
     def __exit__(self, kind, value, trace):
-        self._mutex.unlock()
+        self.unlock()
 
 
 class LineRunner:
@@ -146,6 +166,7 @@ class GCodeDispatch:
         self.is_fileinput = bool(start_args.get("debuginput"))
         self.reactor = printer.get_reactor()
         self.mutex = ScriptMutex(self.reactor.mutex())
+        self.interrupts = Interrupts(self.reactor, self.mutex)
         self.is_printer_ready = False
         self.output_callbacks = []
         self.base_gcode_handlers = self.gcode_handlers = {}
@@ -277,16 +298,25 @@ class GCodeDispatch:
 
         Errors are reported, then raised.
         """
-        with self.mutex:
-            try:
-                self.run_script_from_command(script)
-            except PrinterError as err:
-                self.report_error(err)
-                raise
+        self.interrupts.note_arrival(script)
+        self.mutex.lock_run(Run(find_label(script)))
+        try:
+            self.run_script_from_command(script)
+        except PrinterError as err:
+            self.report_error(err)
+            raise
+        finally:
+            self.mutex.unlock()
 
     def run_script_from_command(self, script):
-        """Run the lines of script within the command that runs now."""
+        """Run the lines of script within the command that runs now.
+
+        Raises CommandInterrupted between two lines if somebody ends it.
+        """
+        run = self.mutex.find_own_run()
         for line in script.split("\n"):
+            if run is not None and run.asked:
+                run.check()
             self.runner.run_line(line, False)
 
     def run_terminal_line(self, line):
@@ -294,13 +324,15 @@ class GCodeDispatch:
 
         Returns False if the line failed.
         """
-        with self.mutex:
-            try:
-                self.runner.run_line(line, True)
-            except PrinterError as err:
-                self.report_error(err)
-                self.respond_raw("ok")
-                return False
+        self.mutex.lock_run(Run(find_label(line)))
+        try:
+            self.runner.run_line(line, True)
+        except PrinterError as err:
+            self.report_error(err)
+            self.respond_raw("ok")
+            return False
+        finally:
+            self.mutex.unlock()
         return True
 
     def run_parsed_line(self, line, need_ack):
@@ -402,7 +434,10 @@ class GCodeDispatch:
         self.respond_raw("!! %s" % (lines[0].strip(),))
 
     def report_error(self, err):
-        """Tell everybody that a command failed."""
+        """Tell everybody that a command failed, or was ended from outside."""
+        if isinstance(err, CommandInterrupted):
+            self.respond_info(str(err))
+            return
         self.respond_error(str(err))
         self.printer.send_event("gcode:command_error")
 

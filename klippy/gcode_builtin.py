@@ -22,6 +22,7 @@ class CoreCommands:
                      "ECHO", "STATUS", "HELP"):
             gcode.register_command(name, getattr(self, "cmd_" + name), True,
                                    getattr(self, "cmd_%s_help" % name, None))
+        gcode.interrupts.register("M112", lambda: self.cmd_M112(None))
 
     def cmd_M110(self, gcmd):
         """Set the line number: lines are not counted here."""

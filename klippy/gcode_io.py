@@ -45,6 +45,18 @@ def create_terminal(path):
     return master
 
 
+def remove_terminal(path, target):
+    """Remove the link that create_terminal() made, if it still leads to target.
+
+    Left behind it would lead to whoever is given that pty next.
+    """
+    try:
+        if os.readlink(path) == target:
+            os.remove(path)
+    except OSError:
+        pass        # gone already, or another's file
+
+
 class LineSplitter:
     """Cuts a stream of bytes into lines of bounded length."""
 
@@ -100,12 +112,21 @@ class Terminal:
         self.bytes_read += len(data)
         if self.is_running and _EMERGENCY.search(self.splitter.rest + data):
             self.gcode.core_commands.cmd_M112(None)
-        self.pending.extend(self.splitter.feed(data))
+        lines = self.splitter.feed(data)
+        if self.is_running:
+            self._note_arrivals(lines)
+        self.pending.extend(lines)
         if len(self.pending) > MAX_PENDING_LINES:
             # this sender does not wait for ok
             self.reactor.set_fd_wake(self.handler, False)
         if not self.is_running:
             self._run_pending()
+
+    def _note_arrivals(self, lines):
+        """Some commands do part of their work while another one runs."""
+        for line in lines:
+            if line:
+                self.gcode.interrupts.note_arrival(line.decode("utf-8", "replace"))
 
     def _run_pending(self):
         self.is_running = True

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 cimport cython
 
+from klippy.arcpath cimport ArcPath
 from klippy.units cimport mm_s2_t, mm_s_t, mm_t, sec_t
 from klippy_ext.trapq cimport TrapMove
 
@@ -24,6 +25,8 @@ cdef class Move(TrapMove):
     cdef readonly bint is_kinematic_move
     # Axes beyond x, y, z, e: (start, end, way, way a mm) each, or None
     cdef readonly list extra
+    # What it follows if it is no straight line; ways are those to its end
+    cdef readonly ArcPath arc
     # What limits it; squares of speeds in (mm/s)^2
     cdef readonly mm_t junction_deviation
     cdef readonly double max_cruise_v2, delta_v2, gentle_v2
@@ -35,6 +38,7 @@ cdef class Move(TrapMove):
 
     @cython.locals(velocity=double, gentle=double)
     cdef int set_path(self, MotionLimits limits, double speed) except -1
+    cdef int set_arc(self, MotionLimits limits, ArcPath arc, double speed) except -1
     @cython.locals(speed2=double)
     cpdef int limit_speed(self, double speed, double accel) except -1
     @cython.locals(along=double, sine=double, cosine=double, radius=double,
@@ -54,10 +58,15 @@ cpdef Move make_move(MotionLimits limits, double x0, double y0, double z0, doubl
                     double speed)
 
 
+@cython.locals(move=Move)
+cpdef Move make_arc_move(MotionLimits limits, ArcPath arc, double start_e,
+                         double end_e, double speed)
+
+
 @cython.final
 cdef class LookAheadQueue:
     cdef readonly list queue
-    cdef double time_left
+    cdef double plan_time, time_left
     # The hill that moves already taken are on: its top so far, and the top of
     # the last of them
     cdef double hill_top, last_top

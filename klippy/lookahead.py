@@ -22,6 +22,7 @@ else:
 MIN_WAY = 1e-9
 # Accel of moves of extra axes alone until whoever owns the axis limits it
 FREE_ACCEL = 1e8
+UNLIMITED_V2 = 1e300
 # Plan again when moves of so many s have come
 PLAN_TIME = 0.25
 # How far, relatively, a speed must drop and rise again to part two hills
@@ -42,7 +43,7 @@ class MotionLimits:
 
 
 class Move(TrapMove):
-    """One straight move and, once planned, its trapezoid.
+    """One straight move, or an arc, and, once planned, its trapezoid.
 
     Move(limits, start_pos, end_pos, speed) takes sequences x, y, z, e, ... .
     """
@@ -118,13 +119,32 @@ class Move(TrapMove):
         self.gentle_v2 = 2. * self.move_d * gentle
         return 0
 
+    def set_arc(self, limits, arc, speed):
+        """Follow an ArcPath from start to end instead of the straight line."""
+        self.arc, self.move_d = arc, arc.length
+        self.turn, self.normal = arc.turn, arc.normal
+        self.junction_deviation = limits.junction_deviation
+        self.is_kinematic_move = True
+        self.d_x, self.d_y = self.end_x - self.start_x, self.end_y - self.start_y
+        self.d_z, self.d_e = self.end_z - self.start_z, self.end_e - self.start_e
+        self.axes_r_x, self.axes_r_y, self.axes_r_z = arc.find_direction(0.)
+        self.axes_r_e = self.d_e / self.move_d
+        self.accel = limits.max_accel
+        self.max_cruise_v2 = UNLIMITED_V2
+        self.gentle_v2 = 2. * self.move_d * limits.gentle_accel
+        self.limit_speed(fmin(speed, limits.max_velocity), self.accel)
+        return 0
+
     def limit_speed(self, speed, accel):
         """Keep the move below a speed (mm/s) and an accel (mm/s^2)."""
+        self.accel = fmin(self.accel, accel)
+        if self.arc is not None:
+            # The accel towards the middle counts like that along the way
+            speed = fmin(speed, sqrt(self.accel / self.arc.curvature))
         speed2 = speed * speed
         if speed2 < self.max_cruise_v2:
             self.max_cruise_v2 = speed2
             self.min_move_t = self.move_d / speed
-        self.accel = fmin(self.accel, accel)
         self.delta_v2 = 2. * self.move_d * self.accel
         self.gentle_v2 = fmin(self.gentle_v2, self.delta_v2)
         return 0
@@ -139,6 +159,9 @@ class Move(TrapMove):
         """Greatest speed at the corner between two ways."""
         along = (prev.axes_r_x * self.axes_r_x + prev.axes_r_y * self.axes_r_y
                  + prev.axes_r_z * self.axes_r_z)
+        if prev.arc is not None:
+            along = prev.arc.find_direction_along(1., self.axes_r_x, self.axes_r_y,
+                                                  self.axes_r_z)
         # Of half the angle between the ways: 90 degrees for a straight line
         sine = sqrt(0.5 * (1. + along)) if along > -1. else 0.
         cosine = sqrt(0.5 * (1. - along)) if along < 1. else 0.
@@ -197,6 +220,9 @@ class Move(TrapMove):
         way = ((self.start_v + 0.5 * self.accel * up) * up + self.cruise_v * flat
                + (self.cruise_v - 0.5 * self.accel * down) * down)
         way = min(way, self.move_d)
+        if self.arc is not None:
+            return (*self.arc.find_point(way / self.move_d),
+                    self.start_e + self.axes_r_e * way)
         return (self.start_x + self.axes_r_x * way, self.start_y + self.axes_r_y * way,
                 self.start_z + self.axes_r_z * way, self.start_e + self.axes_r_e * way)
 
@@ -229,9 +255,21 @@ def make_move(limits, x0, y0, z0, e0, x1, y1, z1, e1, extra, speed):
     return move
 
 
+def make_arc_move(limits, arc, start_e, end_e, speed):
+    """A Move along an ArcPath."""
+    move = Move.__new__(Move)
+    if not cython.compiled:
+        _clear(move)
+    move.start_x, move.start_y, move.start_z = arc.start
+    move.end_x, move.end_y, move.end_z = arc.end
+    move.start_e, move.end_e = start_e, end_e
+    move.set_arc(limits, arc, speed)
+    return move
+
+
 def _clear(move):
     """Attributes that the compiled class has from the start."""
-    move.extra = move.timing_callbacks = None
+    move.arc = move.extra = move.timing_callbacks = None
     move.max_start_v2 = move.max_gentle_v2 = move.axes_r_e = 0.
     move.min_move_t = move.max_cruise_v2 = move.delta_v2 = move.gentle_v2 = 0.
 
@@ -239,13 +277,15 @@ def _clear(move):
 class LookAheadQueue:
     """Moves whose speeds may still change, in order."""
 
-    def __init__(self):
+    def __init__(self, plan_time=PLAN_TIME):
+        """plan_time: plan again when moves of so many s have come."""
+        self.plan_time = plan_time
         self.reset()
 
     def reset(self):
         """Forget all moves; the next one starts from rest."""
         self.queue = []
-        self.time_left = PLAN_TIME
+        self.time_left = self.plan_time
         self.hill_top = self.last_top = 0.
         self.next_full_v2 = self.next_calm_v2 = 0.
 
@@ -271,7 +311,7 @@ class LookAheadQueue:
 
         is_final: no more moves come for now, the last one ends at rest.
         """
-        self.time_left = PLAN_TIME
+        self.time_left = self.plan_time
         if not self.queue:
             return self.queue[:0]
         count = self.plan_backwards(is_final)

@@ -7,16 +7,26 @@ later can go on where the plan ends.  See docs/internals/motion.md.
 """
 
 import math
+import os
 
 from klippy import motionhold
 from klippy.motionguard import MotionGuard
 from klippy_ext.steppersync import StepperSync
+from klippy_ext.steppool import StepPool
 from klippy_ext.trapq import TrapQ
 
-# Steps are made in chunks of at least so long (s of motion)
+# Steps are made in chunks of at least so long (s of motion); into a file, where
+# nobody waits for them, of
 CHUNK_TIME = 0.25
-# The timer works so far ahead of the mcu (s), and so often (s)
-BACKGROUND_LEAD = 0.30
+FILE_CHUNK_TIME = 2.
+# So many threads at most share the work: more than steppers that move at once
+MAX_THREADS = 4
+# The timer works so far ahead of the mcu (s), and so often (s): the last steps
+# are with the mcu in time if the link is out for 0.3 s just then
+BACKGROUND_LEAD = 0.60
+# A timer that is late itself lets those who bring moves go first, as long as what
+# is sent reaches so far (s)
+LATE_TIMER_LEAD = 0.30
 BACKGROUND_PERIOD = 0.10
 # A timer that has to wait for moves to plan first waits so long (s)
 PRIME_TIME = 0.10
@@ -39,11 +49,17 @@ def get(printer):
     return printer.lookup_object("motion_queuing")
 
 
+def count_cores():
+    """Processors that this process may run on."""
+    return len(os.sched_getaffinity(0))
+
+
 class McuMotion:
     """The motion of one mcu: its steppers, and other users of its move queue."""
 
     def __init__(self, mcu, guard):
         self.mcu, self.guard = mcu, guard
+        self.gen_time, self.clocks = 0., (0, 0)
         self.steppers = []
         self.emitters = []
         self.sync = None
@@ -74,11 +90,10 @@ class McuMotion:
         if self.sync is not None:
             self.sync.set_kinematics(stepper.stepcompress, stepper.kinematics)
 
-    def flush(self, eventtime, last_time, flush_time, step_gen_time, clear_time,
-              ramp):
-        """Make and send what is due; times are print_times.
+    def prepare(self, eventtime, last_time, ramp):
+        """Keep the mcu's clock; make the steps of ramp, which come first.
 
-        ramp: pieces of a motionhold.Ramp that come before the rest.
+        ramp: pieces of a motionhold.Ramp.  last_time: print_time.
         """
         if self.sync is None:
             return
@@ -90,11 +105,23 @@ class McuMotion:
             self.sync.set_time(shift + (offset + mcu.get_hold()) * pace, freq / pace)
             self.sync.generate(end)
         self.sync.set_time(offset, freq)
-        self.sync.generate(step_gen_time)
+
+    def start(self, pool, flush_time, step_gen_time, clear_time):
+        """Ask a StepPool for the steps that are due; times are print_times."""
+        if self.sync is None:
+            return
+        mcu = self.mcu
         # A step at the very end belongs to it, too
-        self.sync.flush(
-            max(0, mcu.print_time_to_clock(flush_time + END_MARGIN)),
-            max(0, mcu.print_time_to_clock(clear_time)))
+        self.clocks = (max(0, mcu.print_time_to_clock(flush_time + END_MARGIN)),
+                       max(0, mcu.print_time_to_clock(clear_time)))
+        self.gen_time = step_gen_time
+        self.sync.start(pool, step_gen_time, self.clocks[0])
+
+    def finish(self):
+        """Send what start() has asked for, which is made."""
+        if self.sync is not None:
+            self.sync.finish(self.gen_time)
+            self.sync.flush(*self.clocks)
 
 
 class MotionQueue:
@@ -105,7 +132,12 @@ class MotionQueue:
         self.reactor = self.printer.get_reactor()
         self.mcu = self.printer.lookup_object("mcu")
         self.guard = MotionGuard(self.reactor, self.mcu)
+        self.pool = StepPool(min(count_cores(), MAX_THREADS) - 1)
+        self.is_file = self.mcu.is_fileoutput()
+        self.chunk_time = FILE_CHUNK_TIME if self.is_file else CHUNK_TIME
         self.members = {}                # MCU -> McuMotion
+        # (step_gen_time, clear_time) of steps in the making, or None
+        self.in_making = None
         self.trapqs = []
         self.flush_callbacks = []        # (callback, can_add_trapq)
         self.kin_flush_delay = 0.
@@ -114,6 +146,7 @@ class MotionQueue:
         # Until when there is something to send, and to make steps of
         self.activity_time = self.step_activity_time = 0.
         self.is_armed = False
+        self.due_time = 0.               # of the timer, eventtime
         self.is_halted = False
         # Motion goes on behind what is made into steps
         self.is_moving = False
@@ -212,12 +245,15 @@ class MotionQueue:
     def _arm(self, waketime):
         if not self.is_halted and not self.mcu.is_fileoutput():
             self.is_armed = True
+            self.due_time = max(waketime, self.reactor.monotonic())
             self.reactor.update_timer(self.timer, waketime)
 
     def _handle_timer(self, eventtime):
         if self.is_halted:
             return self.reactor.NEVER
-        horizon = (self.mcu.estimated_print_time(eventtime) + BACKGROUND_LEAD)
+        is_late = eventtime - self.due_time > BACKGROUND_PERIOD
+        lead = LATE_TIMER_LEAD if is_late else BACKGROUND_LEAD
+        horizon = self.mcu.estimated_print_time(eventtime) + lead
         is_waiting = self._let_plan(horizon)
         target = min(horizon, self.activity_time)
         if target > self.last_flush_time:
@@ -227,7 +263,8 @@ class MotionQueue:
         if self.last_flush_time >= self.activity_time and not is_waiting:
             self.is_armed = False
             return self.reactor.NEVER
-        return eventtime + BACKGROUND_PERIOD
+        self.due_time = eventtime + BACKGROUND_PERIOD
+        return self.due_time
 
     def _let_plan(self, horizon):
         """Have planners finish what is due; True if moves wait nevertheless."""
@@ -242,10 +279,13 @@ class MotionQueue:
     def advance(self, print_time):
         """The plan reaches to print_time, and may go on from there."""
         target = print_time - self.kin_flush_delay
-        if target - self.last_step_gen_time >= CHUNK_TIME:
-            self._flush(target, target)
-        else:
+        if target - self.last_step_gen_time < self.chunk_time:
             self.watch()
+        elif self.is_file:
+            # Planning goes on meanwhile; settle() ends it
+            self._start_flush(target, target)
+        else:
+            self._flush(target, target)
 
     def flush_all_steps(self):
         """Make and send everything to the end of the plan, where motion rests."""
@@ -254,8 +294,15 @@ class MotionQueue:
                 callback(math.inf, math.inf)
         if self.activity_time > self.last_flush_time:
             self._flush(self.activity_time, self.step_activity_time)
+        self.settle()
 
     def _flush(self, flush_time, step_gen_time):
+        self._start_flush(flush_time, step_gen_time)
+        self._finish_flush()
+        self.watch()
+
+    def _start_flush(self, flush_time, step_gen_time):
+        """Have steps made by threads until _finish_flush()."""
         self.settle()
         flush_time = max(flush_time, self.last_flush_time)
         step_gen_time = max(step_gen_time, self.last_step_gen_time)
@@ -270,14 +317,25 @@ class MotionQueue:
                 stepper.check_active(step_gen_time)
         ramp = self._list_ramp(step_gen_time)
         for member in self.members.values():
-            member.flush(eventtime, self.last_step_gen_time, flush_time,
-                         step_gen_time, clear_time, ramp)
-        for trapq in self.trapqs:
-            trapq.finalize(step_gen_time - self.kin_flush_delay, clear_time)
+            member.prepare(eventtime, self.last_step_gen_time, ramp)
+        for member in self.members.values():
+            member.start(self.pool, flush_time, step_gen_time, clear_time)
+        self.in_making = (step_gen_time - self.kin_flush_delay, clear_time)
         self.last_flush_time = flush_time
         self.last_step_gen_time = step_gen_time
         self.is_moving = self.step_activity_time > step_gen_time
-        self.watch()
+        self.pool.start()
+
+    def _finish_flush(self):
+        """Send the messages of steps in the making, if there are any."""
+        if self.in_making is None:
+            return
+        in_making, self.in_making = self.in_making, None
+        self.pool.finish()
+        for member in self.members.values():
+            member.finish()
+        for trapq in self.trapqs:
+            trapq.finalize(*in_making)
 
     # A late host
 
@@ -298,7 +356,11 @@ class MotionQueue:
                        [s for m in self.members.values() for s in m.steppers])
 
     def settle(self):
-        """Take over from the guard; what it did is part of the plan now."""
+        """Take over from the guard and from threads that make steps.
+
+        What the guard did is part of the plan now.
+        """
+        self._finish_flush()
         n_stops = self.guard.n_stops
         reached = self.guard.disarm()
         if self.guard.n_stops > n_stops:

@@ -4,7 +4,6 @@
 Thread safe for reading once process_identify() is done.
 """
 
-import difflib
 import json
 import logging
 import zlib
@@ -232,6 +231,7 @@ class MessageParser:
             raise error("There is no command in '%s'" % (text,))
         message = self.messages_by_name.get(words[0])
         if message is None:
+            import difflib
             near = difflib.get_close_matches(words[0], self.messages_by_name, 1)
             raise error("Unknown command '%s' for %s%s" % (
                 words[0], self._describe(),

@@ -6,7 +6,6 @@ Aliases and reservations are applied when the mcu builds its configuration, so
 the order of sections in the config file does not matter.
 """
 
-import difflib
 import re
 
 from klippy import errors
@@ -27,6 +26,7 @@ class error(errors.ConfigError):
 def near_names(name, known, limit=3):
     """Up to `limit` known names that look like name, best first."""
     folded = {str(k).upper(): k for k in known}
+    import difflib
     found = difflib.get_close_matches(name.upper(), folded, limit, 0.5)
     return [folded[f] for f in found]
 
@@ -34,8 +34,10 @@ def near_names(name, known, limit=3):
 class PinResolver:
     """Aliases and reservations of the pins of one chip."""
 
-    def __init__(self, chip_name, validate_aliases=True):
+    def __init__(self, chip_name, validate_aliases=True, find_places=None):
+        """find_places(names): text that says which options hold these pins."""
         self.chip_name = chip_name
+        self.find_places = find_places or (lambda names: "")
         self.validate_aliases = validate_aliases
         self.reserved = {}
         self.aliases = {}
@@ -72,11 +74,13 @@ class PinResolver:
         pin = self.aliases.get(name, name)
         first = self.active_pins.setdefault(pin, name)
         if first != name and not {name, first} & self.shared_pins:
-            raise error("Pin '%s' of chip '%s' is in use both as '%s' and as '%s':"
-                        " give it one name" % (pin, self.chip_name, first, name))
+            raise error("Pin '%s' of chip '%s' is in use both as '%s' and as '%s'%s:"
+                        " give it one name" % (pin, self.chip_name, first, name,
+                                               self.find_places((first, name))))
         if pin in self.reserved:
-            raise error("Pin '%s' of chip '%s' is reserved for %s"
-                        % (name, self.chip_name, self.reserved[pin]))
+            raise error("Pin '%s' of chip '%s'%s is reserved for %s" % (
+                name, self.chip_name, self.find_places((name,)),
+                self.reserved[pin]))
         return pin
 
     def update_command(self, cmd):
@@ -175,7 +179,9 @@ class PrinterPins:
         if chip_name in self.chips:
             raise error("Duplicate chip name '%s'" % (chip_name,))
         self.chips[chip_name] = chip
-        self.pin_resolvers[chip_name] = PinResolver(chip_name)
+        self.pin_resolvers[chip_name] = PinResolver(
+            chip_name, find_places=lambda names: self._where(
+                *("%s:%s" % (chip_name, name) for name in names)))
 
     def allow_multi_use_pin(self, pin_desc):
         """Allow any number of users of this pin."""
@@ -187,9 +193,10 @@ class PrinterPins:
     def _share_name(params):
         return "%s:%s" % (params["chip_name"], params["pin"])
 
-    def _where(self, pin_desc):
-        """Text that names all config options which mention this pin."""
-        users = find_users(self.printer, pin_desc)
+    def _where(self, *pin_descs):
+        """Text that names all config options which mention these pins."""
+        users = [user for pin_desc in pin_descs
+                 for user in find_users(self.printer, pin_desc)]
         return " (%s)" % (", ".join(users),) if users else ""
 
 
@@ -216,7 +223,21 @@ def find_users(printer, pin_desc):
     return ["[%s] %s at %s" % (section, option, configfile.get_place(section, option))
             for section, options in sections.items()
             for option, value in options.items()
-            if option.endswith("pin") and bare_name(value) == wanted]
+            if is_pin_option(option) and wanted in list_names(option, value)]
+
+
+def is_pin_option(option):
+    """True for options that hold a pin, or pins with commas between them."""
+    return option.endswith(("pin", "pins")) or option.startswith(("adc", "aliases"))
+
+
+def list_names(option, value):
+    """Bare names of the pins in an option."""
+    parts = [value]
+    if not option.endswith("pin"):
+        # of an alias, the pin that it stands for
+        parts = re.split("[,\n]", str(value))
+    return [bare_name(part.split("=")[-1]) for part in parts]
 
 
 def get_printer_pins(printer):

@@ -8,6 +8,7 @@ the same module objects as `klippy.toolhead` and so on.
 import importlib
 import importlib.machinery
 import logging
+import os
 import pathlib
 import sys
 
@@ -70,6 +71,8 @@ def add_folder(package, path):
 
 def log_shadowing(module, builtin_folders):
     """Log when a module from a user's file hides one of the built-in folders."""
+    if os.path.dirname(module.__spec__.origin or "") in builtin_folders:
+        return
     source = pathlib.Path(module.__spec__.origin or "")
     name = module.__name__.rpartition(".")[2]
     for folder in builtin_folders:

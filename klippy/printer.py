@@ -7,7 +7,7 @@ corrected and RESTART be used.
 
 import importlib
 import logging
-import pkgutil
+import os
 
 import klippy.extras
 from klippy import (
@@ -93,11 +93,7 @@ class SectionLoader:
                 return default
             obj = entry(config.getsection(section))
         except ConfigError as err:
-            store = config.fileconfig
-            if err.place is None and store.last_asked[0] == section:
-                err.place = store.guess_place(str(err))
-            elif err.place is None:
-                err.place = store.get_place(section)
+            config.fileconfig.locate(err, section)
             self.failed[section] = err
             raise
         self.printer.objects[section] = obj
@@ -161,8 +157,9 @@ class SectionLoader:
         try:
             module.add_printer_objects(config)
         except ConfigError as err:
-            if err.place is None and not isinstance(err, ConfigErrors):
-                err.place = config.fileconfig.guess_place(str(err))
+            if not isinstance(err, ConfigErrors):
+                store = config.fileconfig
+                store.locate(err, err.section or store.last_asked[0])
             raise
 
     def _load_optional(self, config, section):
@@ -189,7 +186,9 @@ class SectionLoader:
 
 def list_section_kinds():
     """Names of the sections that modules are there for."""
-    names = [info.name for info in pkgutil.iter_modules(klippy.extras.__path__)]
+    names = {entry.name.partition(".")[0] for folder in klippy.extras.__path__
+             if os.path.isdir(folder) for entry in os.scandir(folder)
+             if entry.name.endswith((".py", ".so")) or entry.is_dir()}
     return sorted([*names, "printer", "mcu", "extruder", "stepper_x", "stepper_y",
                    "stepper_z", "stepper_a", "stepper_b", "stepper_c"])
 

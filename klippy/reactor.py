@@ -166,6 +166,10 @@ class Reactor:
         if self.is_virtual:
             self._waiter.set_pace(speed)
 
+    def get_pace(self):
+        """Seconds a virtual world passes in a real one, 0 if that is not set."""
+        return self._waiter.speed if self.is_virtual else 1.
+
     def get_gc_stats(self):
         """Number of collections so far, by generation."""
         return tuple(entry["collections"] for entry in gc.get_stats())

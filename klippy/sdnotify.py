@@ -9,6 +9,8 @@ import logging
 import os
 import socket
 
+STATUS_PERIOD = 1.          # s between looks at the printer's state
+
 
 class Notifier:
     """Sends to the socket that the environment names; never waits."""
@@ -49,13 +51,18 @@ class Notifier:
         reactor = printer.get_reactor()
         if self.sock is None:
             return
-        period = self.watchdog_period or 1.
+        told, next_sign = None, 0.
 
         def tell(eventtime):
+            nonlocal told, next_sign
             message, state = printer.get_state_message()
-            self.send(READY=1, STATUS="%s: %s" % (state, message.partition("\n")[0]),
-                      **({"WATCHDOG": 1} if self.watchdog_period else {}))
-            return eventtime + period
+            status = "%s: %s" % (state, message.partition("\n")[0])
+            is_due = bool(self.watchdog_period) and eventtime >= next_sign
+            if status != told or is_due:
+                self.send(READY=1, STATUS=status,
+                          **({"WATCHDOG": 1} if self.watchdog_period else {}))
+                told, next_sign = status, eventtime + self.watchdog_period
+            return eventtime + min(STATUS_PERIOD, self.watchdog_period or STATUS_PERIOD)
         reactor.register_timer(tell, reactor.NOW)
 
     def close(self):

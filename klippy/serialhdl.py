@@ -8,7 +8,7 @@ one the reactor does, and in batch mode there are no responses.
 import logging
 import threading
 
-from klippy import msgproto, seriallink
+from klippy import canlink, msgproto, seriallink
 from klippy.seriallink import error
 from klippy_ext.serialqueue import CommandQueue, SerialQueue
 
@@ -81,9 +81,24 @@ class SerialReader:
         self._connect(lambda: seriallink.open_remote(address), address)
 
     def connect_canbus(self, uuid, nodeid, interface="can0"):
-        """Raises error: this build has no CAN links."""
-        raise error("%sconnecting by CAN bus (canbus_uuid %s on %s) is not supported"
-                    % (self.warn_prefix, uuid, interface))
+        """Connect to the node of a CAN bus that has this uuid (12 hex digits), by a
+        number that no other has.  Raises error, also if another answers."""
+        raw = canlink.parse_uuid(uuid)
+        self._connect(lambda: canlink.open_node(interface, raw, nodeid),
+                      "%s:%s" % (interface, uuid))
+        self._check_node(raw, interface)
+
+    def _check_node(self, uuid, interface):
+        try:
+            command = self.msgparser.create_command("get_canbus_id")
+        except msgproto.error:
+            return
+        answer = self.query([command], "canbus_id")
+        if bytes(answer["canbus_uuid"]) != uuid:
+            self.disconnect()
+            raise error("%sanother board answers on '%s': canbus_uuid %s instead of %s"
+                        % (self.warn_prefix, interface,
+                           bytes(answer["canbus_uuid"]).hex(), uuid.hex()))
 
     def connect_virtual(self, world, virtual_mcu):
         """Connect to an mcu of a VirtualWorld."""
@@ -141,7 +156,8 @@ class SerialReader:
 
     def _start_real(self, link):
         clock = self.reactor.clock
-        self._attach(SerialQueue.open_fd(clock, link.fileno(), "serial"), link)
+        self._attach(SerialQueue.open_fd(clock, link.fileno(), link.kind,
+                                         link.client_id), link)
         self._thread = threading.Thread(
             target=self._run_thread, args=(self.serialqueue,),
             name="mcu-%s" % (self.mcu_name or "link",), daemon=True)
@@ -152,7 +168,8 @@ class SerialReader:
         logging.info("%sloaded %d messages (%s / %s)", self.warn_prefix,
                      len(parser.messages_by_id), parser.version,
                      parser.build_versions)
-        baud = parser.get_constant_float("SERIAL_BAUD", 0.)
+        baud = (parser.get_constant_float("CANBUS_FREQUENCY", 0.)
+                or parser.get_constant_float("SERIAL_BAUD", 0.))
         if baud:
             self.serialqueue.set_wire_frequency(baud)
         window = parser.get_constant_int("RECEIVE_WINDOW", 0)
@@ -249,16 +266,19 @@ class SerialReader:
     def _run_thread(self, queue):
         """Body of the response thread."""
         while True:
-            entry = queue.pull()
-            if entry is None:
-                return
             try:
+                entry = queue.pull()
+                if entry is None:
+                    return
                 self._handle_entry(entry)
             except Exception as err:
                 logging.exception("%sa response handler failed", self.warn_prefix)
-                if self._fault_callback is not None:
-                    self._fault_callback("Internal error on response of an mcu: %s"
-                                         % (err,))
+                self._note_fault("Internal error on response of an mcu: %s"
+                                 % (str(err) or type(err).__name__,))
+
+    def _note_fault(self, text):
+        if self._fault_callback is not None:
+            self._fault_callback(text)
 
     def _pull_ready(self):
         """Take in all that a virtual link has received."""
@@ -275,6 +295,9 @@ class SerialReader:
                 completion = self._pending.pop(notify_id, None)
             if completion is not None:
                 self.reactor.async_complete(completion, (sent_time, receive_time))
+            return
+        if not data:
+            self._note_fault("Out of memory: messages of an mcu were lost")
             return
         for params in self.msgparser.parse_payload(data):
             params["#sent_time"] = sent_time

@@ -5,8 +5,7 @@ import errno
 import logging
 import os
 import socket
-
-import serial
+import stat
 
 from klippy.errors import McuError
 
@@ -16,6 +15,7 @@ STK500V2_LEAVE = bytes((0x1b, 1, 0, 1, 0x0e, 0x11, 0x04))
 SOCKET_SCHEMES = ("tcp://", "unix://")
 FILE_PREFIXES = ("/tmp/", "/dev/rpmsg_", "/dev/pts/")
 REMOTE_TIMEOUT = 5.
+NO_PORT = (errno.ENOTTY, errno.EINVAL, errno.EISDIR)
 
 
 class error(McuError):
@@ -24,6 +24,8 @@ class error(McuError):
 
 class FileLink:
     """A descriptor that carries the bytes; closed by close()."""
+
+    kind, client_id = "serial", 0
 
     def __init__(self, fd, owner=None):
         self._fd, self._owner = fd, owner
@@ -54,12 +56,13 @@ def is_terminal(path):
 
 def open_uart(path, baud, rts=True):
     """Open a serial port.  Raises error naming the port and the reason."""
+    import serial
     try:
         port = serial.Serial(baudrate=baud, timeout=0, exclusive=True)
         port.port = path
         port.rts = rts
         port.open()
-    except (OSError, ValueError, serial.SerialException) as err:
+    except (OSError, ValueError, OverflowError, serial.SerialException) as err:
         raise error("Unable to open serial port '%s' at %d baud: %s"
                     % (path, baud, explain(err)))
     return FileLink(port.fileno(), port)
@@ -81,6 +84,9 @@ def open_pipe(path):
         fd = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
     except OSError as err:
         raise error("Unable to open '%s': %s" % (path, explain(err)))
+    if stat.S_ISREG(os.fstat(fd).st_mode):
+        os.close(fd)
+        raise error("Unable to open '%s': it is no serial port, but a file" % (path,))
     return FileLink(fd)
 
 
@@ -106,6 +112,10 @@ def open_remote(address):
 def explain(err):
     """Text of an OSError with what can be done about it."""
     number = getattr(err, "errno", None)
+    if number is None:              # pyserial keeps it in the text only
+        number = (getattr(err.__context__, "args", None) or (None,))[0]
+    if number in NO_PORT:
+        return "it is no serial port"
     if number == errno.ENOENT:
         return "it does not exist; is the board connected and powered?"
     if number in (errno.EACCES, errno.EPERM):

@@ -3,7 +3,6 @@
 
 import os
 import pathlib
-import subprocess
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
@@ -24,11 +23,14 @@ def get_cpu_info():
 
 def get_version():
     """Version in the shape of git-describe; that of the package without git."""
+    if not (ROOT / ".git").exists():
+        return read_package_version()
+    import subprocess
     try:
         result = subprocess.run(
             ["git", "-C", str(ROOT), "describe", "--always", "--tags", "--long",
              "--dirty"], capture_output=True, text=True, timeout=5, check=False)
-        if result.returncode == 0 and (ROOT / ".git").exists():
+        if result.returncode == 0:
             return _shape(result.stdout.strip())
     except (OSError, subprocess.SubprocessError):
         pass
@@ -55,12 +57,27 @@ def read_package_version():
 
 
 def find_stale_modules(folder=None):
-    """Sources of the package that are newer than their compiled form."""
-    if os.environ.get("KLIPPY_PURE") == "1":
+    """Sources of the package that are newer than their compiled form.
+
+    Of an installed package nobody edits the files, and their times say only in
+    which order they were unpacked.
+    """
+    is_installed = folder is None and not (ROOT / "setup.py").exists()
+    if is_installed or os.environ.get("KLIPPY_PURE") == "1":
         return []
     stale = []
-    for compiled in sorted(pathlib.Path(folder or ROOT / "klippy").rglob("*.so")):
-        source = compiled.with_name(compiled.name.partition(".")[0] + ".py")
-        if source.exists() and source.stat().st_mtime > compiled.stat().st_mtime:
-            stale.append(str(source))
-    return stale
+    for where, _, names in os.walk(folder or ROOT / "klippy"):
+        for name in names:
+            if name.endswith(".so"):
+                source = os.path.join(where, name.partition(".")[0] + ".py")
+                if is_newer(source, os.path.join(where, name)):
+                    stale.append(source)
+    return sorted(stale)
+
+
+def is_newer(path, other):
+    """True if there is such a file, and it is newer than the other."""
+    try:
+        return os.stat(path).st_mtime > os.stat(other).st_mtime
+    except OSError:
+        return False

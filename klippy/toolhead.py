@@ -12,25 +12,30 @@ import cython
 
 from klippy.errors import CommandError, ConfigError
 from klippy.gcode_command import Coord
-from klippy.lookahead import LookAheadQueue, MotionLimits, Move
+from klippy.lookahead import PLAN_TIME, LookAheadQueue, MotionLimits, Move
 from klippy.motionguard import PlannedStop
 
 if cython.compiled:
-    from cython.cimports.klippy.lookahead import make_move
+    from cython.cimports.klippy.lookahead import make_arc_move, make_move
 else:
-    from klippy.lookahead import make_move
+    from klippy.lookahead import make_arc_move, make_move
 
 __all__ = ["Coord", "Move", "NoExtruder", "ToolHead", "add_printer_objects", "get"]
 
 # Commands wait while the plan is so far ahead of the mcu, until it is so far
 BUFFER_HIGH = 3.0
 BUFFER_RESUME = 2.5
-# After a rest motion starts so far ahead of the mcu
+# After a rest motion starts so far ahead of the mcu: moves that somebody waits
+# for, and moves that stream in.  What goes out then must get there in time
+# even if the link is out meanwhile.
 BUFFER_START = 0.250
+BUFFER_START_STREAM = 0.500
 # The plan is ended at rest when it reaches less far beyond what is sent
 BUFFER_LOW = 0.150
 # A rest shorter than this, with more moves right after it, was a stall
 STALL_TIME = 0.5
+# The plan is made again after so many s of moves when nobody waits for them
+FILE_PLAN_TIME = 2.
 UNLIMITED = math.inf
 # Features that every printer has; those not there yet are left out
 DEFAULT_MODULES = ("gcode_move", "homing", "idle_timeout", "statistics",
@@ -57,6 +62,10 @@ class NoExtruder:
     def calc_junction(self, prev_move, move, axis_index):
         """No limit."""
         return UNLIMITED
+
+    def is_shaped(self):
+        """False."""
+        return False
 
     def get_name(self):
         """No name."""
@@ -89,7 +98,8 @@ class ToolHead:
         self.mcu = self.printer.lookup_object("mcu")
         self.motion_queuing = self.printer.load_object(config, "motion_queuing")
         self.trapq = self.motion_queuing.allocate_trapq()
-        self.lookahead = LookAheadQueue()
+        self.lookahead = LookAheadQueue(
+            FILE_PLAN_TIME if self.mcu.is_fileoutput() else PLAN_TIME)
         self.limits = read_limits(config)
         self.extruder = NoExtruder(self.printer)
         self.extra_axes = [self.extruder]
@@ -140,6 +150,29 @@ class ToolHead:
         self.add_move(Move(self.limits, self.get_position(),
                            self._complete(newpos), speed))
 
+    def can_follow(self, arc):
+        """True if the kinematics can follow an ArcPath as it is.
+
+        Motors that follow what plug-ins made, and shaped filament, do not.
+        """
+        kin = self.kin
+        if self.extra_pos or not (hasattr(kin, "accepts_arc")
+                                  and is_arc_check_current(kin)):
+            return False
+        for motor in kin.get_steppers():
+            follows = motor.kinematics
+            if follows is None or (follows.shaper is None
+                                   and follows.scan_window() != (0., 0.)):
+                return False
+        return not self.extruder.is_shaped() and kin.accepts_arc(arc)
+
+    def move_arc(self, arc, e, speed):
+        """Follow an ArcPath from where all moves so far end.  See move_xyze().
+
+        Only if can_follow() says so.
+        """
+        self.add_move(make_arc_move(self.limits, arc, self.e, e, speed))
+
     def _complete(self, newpos):
         """newpos with the axes that it leaves out."""
         position = self.get_position()
@@ -149,7 +182,9 @@ class ToolHead:
         """Queue a move that starts where the newest ends."""
         if not move.move_d:
             return 0
-        if move.is_kinematic_move and self.kin.check_move(move):
+        if move.arc is not None:
+            self.kin.check_arc(move)
+        elif move.is_kinematic_move and self.kin.check_move(move):
             return self._add_parts(move)
         if move.d_e != 0.:
             self.extruder.check_move(move, 3)
@@ -211,7 +246,7 @@ class ToolHead:
         self.motion_queuing.settle()
         moves = self.lookahead.take(is_final)
         if moves:
-            self._sync_print_time()
+            self._sync_print_time(BUFFER_START if is_final else BUFFER_START_STREAM)
             time = self.append_moves(self.print_time, moves)
             self.is_drained = is_final
             self.print_time = time
@@ -246,18 +281,21 @@ class ToolHead:
                     self.extra_axes[i + 1].process_move(print_time, move, i + 4)
         return 0
 
-    def _sync_print_time(self):
-        """Move print_time ahead if the mcu is about to reach it, or has."""
+    def _sync_print_time(self, lead=BUFFER_START):
+        """Move print_time ahead if the mcu is about to reach it, or has.
+
+        lead: s by which motion from rest starts ahead of the mcu.
+        """
         if not self.is_drained:
             self.motion_queuing.hold_if_late(True)
         eventtime = self.reactor.monotonic()
         est_print_time = self.mcu.estimated_print_time(eventtime)
         if self.is_drained:
-            earliest = max(
-                est_print_time + BUFFER_START,
-                self.motion_queuing.calc_step_gen_restart(est_print_time))
+            restart = self.motion_queuing.calc_step_gen_restart(est_print_time)
+            earliest = max(est_print_time + BUFFER_START, restart)
+            start = max(est_print_time + lead, restart)
         else:
-            earliest = est_print_time + BUFFER_LOW
+            start = earliest = est_print_time + BUFFER_LOW
         if self.print_time >= earliest:
             return
         if not self.is_stopped and (
@@ -265,9 +303,9 @@ class ToolHead:
                 or 0. < est_print_time - self.print_time < STALL_TIME):
             self.print_stall += 1
         self.is_stopped = False
-        self.print_time = earliest
+        self.print_time = start
         self.printer.send_event("toolhead:sync_print_time", eventtime,
-                                est_print_time, earliest)
+                                est_print_time, start)
 
     def _finish_plan(self, flush_time, step_gen_time):
         """End the plan at rest if it is about to run out; True if moves wait."""
@@ -318,7 +356,8 @@ class ToolHead:
             rest = self.print_time - self.mcu.estimated_print_time(eventtime)
             if rest <= 0. and self.lookahead.is_empty():
                 return
-            self.commit(True)
+            # Nothing can follow before: the mcus may have all of it
+            self.flush_step_generation()
             eventtime = self.reactor.pause(eventtime + max(0.005, rest))
 
     def register_lookahead_callback(self, callback):
@@ -547,6 +586,16 @@ class ToolHead:
                 return
             accel = min(printing, travel)
         self.set_max_velocities(max_accel=accel)
+
+
+def is_arc_check_current(kin):
+    """False if check_move() of kinematics was replaced and check_arc() was not."""
+    if "check_move" in getattr(kin, "__dict__", ()):
+        return False
+    for kind in type(kin).__mro__:
+        if "check_move" in vars(kind) or "check_arc" in vars(kind):
+            return "check_arc" in vars(kind)
+    return False
 
 
 def _prefer(value, default):

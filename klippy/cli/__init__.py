@@ -7,14 +7,13 @@ that do not start with a sub-command are those of `run`.
 """
 
 import argparse
+import errno
 import importlib
 import os
-import pkgutil
 import sys
 
-from klippy import sysinfo
-
 DEFAULT_COMMAND = "run"
+DEFAULT_WIDTH = 80      # columns of a terminal that is none
 
 
 def find_command(name):
@@ -27,8 +26,10 @@ def find_command(name):
 
 def list_names():
     """Names of the modules here, as they are written on a command line."""
-    names = [info.name for info in pkgutil.iter_modules(__path__)]
-    return sorted(name.replace("_", "-") for name in names)
+    names = {entry.name.partition(".") for folder in __path__
+             for entry in os.scandir(folder)}
+    return sorted(name.replace("_", "-") for name, _, kind in names
+                  if kind == "py" and name != "__init__")
 
 
 def list_commands():
@@ -53,6 +54,18 @@ def print_help():
         print("  %-15s %s" % (name, read_help(module)))
 
 
+class HelpFormatter(argparse.HelpFormatter):
+    """Knows its width without shutil, which takes long to import."""
+
+    def __init__(self, prog):
+        try:
+            width = (int(os.environ.get("COLUMNS") or 0)
+                     or os.get_terminal_size().columns)
+        except (OSError, ValueError):
+            width = DEFAULT_WIDTH
+        super().__init__(prog, width=(width or DEFAULT_WIDTH) - 2)
+
+
 def forget_stdout():
     """Nobody reads the output any more (as with `| head`): write to nowhere."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -60,21 +73,57 @@ def forget_stdout():
     os.close(nowhere)
 
 
+def find_mistake(name):
+    """What is wrong with a first argument that is no command; None if nothing.
+
+    It is the name of a config file then, as of the classic command line.
+    """
+    is_path = name.startswith("-") or "." in name or os.sep in name
+    if is_path or os.path.exists(name):
+        return None
+    from klippy.confignames import propose
+    return "there is neither a command nor a config file '%s'%s" % (
+        name, propose(name, list_names()) or ": klippy --help lists the commands")
+
+
 def main(argv=None):
     """Run a command line (default: the process's); returns the exit status."""
+    try:
+        status = _run(argv)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        forget_stdout()
+        return 1
+    except OSError as err:
+        if err.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        print("klippy: %s: what was to be written is not complete" % (err.strerror,),
+              file=sys.stderr)
+        forget_stdout()
+        return 1
+    return status
+
+
+def _run(argv):
     argv = list(sys.argv[1:] if argv is None else argv)
     if argv[:1] in (["--help"], ["-h"], ["help"]) or not argv:
         print_help()
         return 0 if argv else 2
     if argv[0] == "--version":
+        from klippy import sysinfo
         print("klippy " + sysinfo.get_version())
         return 0
     name, module = argv[0], find_command(argv[0])
     if module is None:
+        mistake = find_mistake(name)
+        if mistake:
+            print("klippy: " + mistake, file=sys.stderr)
+            return 2
         name, module = DEFAULT_COMMAND, find_command(DEFAULT_COMMAND)
     else:
         argv.pop(0)
     parser = argparse.ArgumentParser(prog="klippy " + name,
-                                     description=read_help(module))
+                                     description=read_help(module),
+                                     formatter_class=HelpFormatter)
     module.add_arguments(parser)
     return module.run(parser.parse_args(argv)) or 0

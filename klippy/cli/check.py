@@ -43,6 +43,13 @@ def check(path):
     return errors, [warning["message"] for warning in warnings]
 
 
+def write_error(err):
+    """Text of an error, behind file, line and column as editors know it."""
+    if err.place is None or not err.place.column:
+        return str(err)
+    return "%s:%d: %s" % (err.place, err.place.column, Exception.__str__(err))
+
+
 def run(options):
     """Carry out a parsed command line; returns the exit status."""
     logging.basicConfig(level=logging.INFO if options.verbose else logging.CRITICAL)
@@ -54,7 +61,7 @@ def run(options):
     for text in warnings:
         print("warning: %s" % (text,))
     for err in errors:
-        print("error: %s" % (err,), file=sys.stderr)
+        print("error: %s" % (write_error(err),), file=sys.stderr)
     if errors:
         print("%s: %d error(s)" % (options.config, len(errors)), file=sys.stderr)
         return 1

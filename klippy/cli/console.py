@@ -189,6 +189,9 @@ def connect(serial, args, clock):
         library = firmware.find_firmware(device.partition(":")[2] or None)
         mcu = clock.add_mcu("mcu", str(library), freq=0)
         serial.connect_virtual(clock, mcu)
+    elif os.path.isfile(device) or os.path.isdir(device):
+        raise PrinterError("'%s' is no serial device but a %s" % (
+            device, "folder" if os.path.isdir(device) else "file"))
     elif seriallink.is_socket(device):
         serial.connect_remote(device)
     elif seriallink.is_terminal(device):
@@ -200,7 +203,9 @@ def connect(serial, args, clock):
 def run(args):
     """Run the command; returns the exit status."""
     from klippy import clocksync, reactor, serialhdl
-    logging.basicConfig(level=logging.INFO if args.verbose else logging.ERROR)
+    # of warnings too: a connection that is tried again is told of that way
+    logging.basicConfig(level=logging.INFO if args.verbose else logging.WARNING,
+                        format="%(message)s")
     is_sim = args.device.partition(":")[0] == "sim"
     clock = make_clock(is_sim)
     host_reactor = reactor.Reactor(clock)

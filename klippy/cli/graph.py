@@ -1,12 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`klippy graph`: plots of a log: load, bandwidth, temperatures, motion."""
+"""`klippy graph`: plots of a log, of accelerometer data, or of bed meshes.
 
+What a file is shows its text: CSV with the known columns, JSON, a config or a log.
+"""
+
+import pathlib
 import sys
 
-from klippy.cli import log_reader
+from klippy.cli import accel_data, graph_accel, graph_mesh, log_reader
 from klippy.errors import PrinterError
 
-HELP = "plot a log: load, bandwidth, temperatures, motion"
+HELP = "plot a log (load, bandwidth, temperatures, motion), accelerometer data, meshes"
+MESH_SIZE = (8., 6.5)
+HEAD = 4096                 # characters of a file that show what it is
+MESH = "mesh"               # in place of plots: meshes of the log's config
 SIZE = (11., 3.)            # inches of one plot
 PERCENT = 100.
 
@@ -14,7 +21,9 @@ PERCENT = 100.
 def add_arguments(parser):
     """Options of `klippy graph`."""
     parser.add_argument("logs", nargs="+", metavar="LOG",
-                        help="log files, the oldest first")
+                        help="log files, the oldest first; or a .csv of an"
+                             " accelerometer; or a printer.cfg or a status (.json)"
+                             " with bed meshes")
     parser.add_argument("-o", "--output", metavar="FILE", default="klippy.png",
                         help="image to write, .png, .svg or .pdf (%(default)s)")
     parser.add_argument("--plots", default=",".join(PLOTS), metavar="NAMES",
@@ -27,9 +36,14 @@ def run(args):
     """Run the command; returns the exit status."""
     try:
         names = choose_plots(args.plots)
-        starts = choose_starts(log_reader.read_logs(args.logs), args.start)
-        draw(starts, names, args.output)
-    except (OSError, PrinterError, ValueError) as err:
+        if not draw_other(args.logs, args.plots == MESH, args.output):
+            starts = choose_starts(log_reader.read_logs(args.logs), args.start)
+            draw(starts, names, args.output)
+    except OSError as err:
+        print("klippy graph: '%s': %s" % (err.filename or args.output, err.strerror),
+              file=sys.stderr)
+        return 1
+    except (PrinterError, ValueError) as err:
         print("klippy graph: %s" % (err,), file=sys.stderr)
         return 1
     print("wrote %s" % (args.output,))
@@ -40,8 +54,8 @@ def choose_plots(text):
     """Names of plots out of a text with commas.  Raises PrinterError."""
     names = [name.strip() for name in text.split(",") if name.strip()]
     for name in names:
-        if name not in PLOTS:
-            raise PrinterError("there is no plot '%s'; there are %s"
+        if name not in PLOTS and text != MESH:
+            raise PrinterError("there is no plot '%s'; there are %s, and mesh alone"
                                % (name, ", ".join(PLOTS)))
     if not names:
         raise PrinterError("name a plot: %s" % (", ".join(PLOTS),))
@@ -144,8 +158,56 @@ PLOTS = {"load": plot_load, "bandwidth": plot_bandwidth,
          "temperatures": plot_temperatures, "motion": plot_motion}
 
 
-def draw(starts, names, path):
-    """Draw plots below each other, shutdowns as red lines, into a file."""
+def draw_other(paths, wants_mesh, output):
+    """Draw a file that is no log, or the meshes of a log; False for plots of a log."""
+    with open(paths[0], errors="replace") as stream:
+        first = stream.read(HEAD).strip().partition("\n")[0]
+    is_csv = accel_data.find_kind(first) is not None
+    if not is_csv and paths[0].endswith(".csv"):
+        raise PrinterError("%s is no accelerometer data: it must begin with %s or"
+                           " %s" % (
+            paths[0], ",".join(accel_data.RAW_COLUMNS),
+            ",".join(accel_data.PSD_COLUMNS)))
+    is_config = paths[0].endswith(".cfg")
+    if not (is_csv or is_config or wants_mesh or first.startswith("{")):
+        return False
+    if len(paths) > 1:
+        raise PrinterError("one such file at a time: %s" % (" ".join(paths),))
+    pyplot = load_pyplot()
+    figure = pyplot.figure(layout="constrained")
+    text = pathlib.Path(paths[0]).read_text(errors="replace").strip()
+    try:
+        if is_csv:
+            figure.set_size_inches(SIZE[0], 2.5 * SIZE[1])
+            graph_accel.draw(figure, paths[0], text.splitlines())
+        else:
+            meshes = read_meshes(paths[0], text, first.startswith("{"), is_config)
+            figure.set_size_inches(MESH_SIZE[0], MESH_SIZE[1] * len(meshes))
+            graph_mesh.draw(figure, meshes)
+        figure.savefig(output, dpi=110)
+    finally:
+        pyplot.close(figure)
+    return True
+
+
+def read_meshes(path, text, is_json, is_config):
+    """Meshes of a status, a config, or the last config in a log."""
+    if is_json:
+        return graph_mesh.read_status(text)
+    if not is_config:
+        starts = [start for start in log_reader.read_logs([path]) if start.config]
+        if not starts:
+            raise PrinterError("there is no config in '%s'" % (path,))
+        text = starts[len(starts) - 1].config
+    meshes = graph_mesh.read_config(path, text)
+    if not meshes:
+        raise PrinterError("there is no section [bed_mesh <name>] in '%s': meshes get"
+                           " there by BED_MESH_PROFILE SAVE and SAVE_CONFIG" % (path,))
+    return meshes
+
+
+def load_pyplot():
+    """The plotting library.  Raises PrinterError without it."""
     try:
         import matplotlib
         matplotlib.use("Agg")
@@ -153,6 +215,12 @@ def draw(starts, names, path):
     except ImportError as err:
         raise PrinterError("plots need matplotlib: run pip install"
                            " 'klippy-host[plots]' (%s)" % (err,))
+    return pyplot
+
+
+def draw(starts, names, path):
+    """Draw plots below each other, shutdowns as red lines, into a file."""
+    pyplot = load_pyplot()
     timeline = Timeline(starts)
     figure, all_axes = pyplot.subplots(
         len(names), 1, sharex=True, squeeze=False, layout="constrained",

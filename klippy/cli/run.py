@@ -9,16 +9,14 @@ import gc
 import importlib
 import logging
 import os
-import pkgutil
 import signal
 import sys
 
 import klippy.extras
-from klippy import gcode_io, plugins, queuelogger, sdnotify, sysinfo
+from klippy import api_socket, gcode_io, plugins, queuelogger, sdnotify, sysinfo
 from klippy.errors import PrinterError
 from klippy.printer import Printer
 from klippy.reactor import Reactor
-from klippy.simulator import machine, session
 from klippy_ext import realtime
 from klippy_ext.hostclock import RealClock
 from klippy_ext.vworld import VirtualWorld
@@ -79,6 +77,7 @@ def complain(text):
 
 def test_imports():
     """Import every module of the package; returns the exit status."""
+    import pkgutil
     failed = 0
     for package in ("klippy.extras", "klippy.kinematics", "klippy"):
         folders = importlib.import_module(package).__path__
@@ -111,6 +110,7 @@ class Daemon:
         self.start_args = {}
         self.bglogger = None
         self.notifier = sdnotify.Notifier()
+        self.terminal = None        # (path, target) of the tty's link
 
     def run(self):
         """Run until the end; returns the exit status."""
@@ -125,18 +125,26 @@ class Daemon:
             self._make_start_args()
             return self._run_printers()
         except (OSError, PrinterError) as err:
-            logging.error("the daemon cannot run: %s", err)
+            if self.bglogger is not None:
+                logging.error("the daemon cannot run: %s", err)
             return complain(str(err))
         finally:
             self.notifier.send(STOPPING=1)
             self.notifier.close()
+            if self.terminal is not None:
+                gcode_io.remove_terminal(*self.terminal)
             if self.bglogger is not None:
                 self.bglogger.stop()
 
     def _open_log(self):
         level = logging.DEBUG if self.options.verbose else logging.INFO
         if self.options.logfile:
-            self.bglogger = queuelogger.setup_bg_logging(self.options.logfile, level)
+            path = self.options.logfile
+            try:
+                self.bglogger = queuelogger.setup_bg_logging(path, level)
+            except OSError as err:
+                raise PrinterError("Unable to write the log file '%s': %s"
+                                   % (path, err.strerror))
         else:
             logging.basicConfig(level=level, format="%(message)s")
 
@@ -151,11 +159,26 @@ class Daemon:
         if options.debuginput:
             args["debuginput"] = options.debuginput
         elif not options.no_tty and not self.is_batch:
-            args["gcode_fd"] = gcode_io.create_terminal(options.input_tty)
-            args["gcode_in"] = options.input_tty
+            self._make_terminal(options.input_tty)
         if self.is_batch:
             args["debugoutput"] = options.debugoutput
             args["dictionary"] = parse_dictionaries(options.dictionary)
+
+    def _make_terminal(self, path):
+        """Make the G-code tty; not that of a daemon that runs already."""
+        socket_path = self.options.api_server
+        try:
+            if socket_path:
+                api_socket.make_free(socket_path)
+        except OSError as err:
+            raise PrinterError(api_socket.describe_error(socket_path, err))
+        try:
+            self.start_args["gcode_fd"] = gcode_io.create_terminal(path)
+        except OSError as err:
+            raise PrinterError("Unable to make the G-code tty '%s': %s; -I names"
+                               " another, -n makes none" % (path, err.strerror))
+        self.start_args["gcode_in"] = path
+        self.terminal = path, os.readlink(path)
 
     def _make_clock(self):
         if self.options.simulate:
@@ -164,6 +187,7 @@ class Daemon:
 
     def _make_machine(self):
         """The simulated machine, wired by what the config says now."""
+        from klippy.simulator import machine, session
         sections = session.load_sections(self.options.config)
         seed = machine.read_seed(sections)
         self.start_args["machine"] = machine.SimMachine(

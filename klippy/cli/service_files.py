@@ -46,6 +46,8 @@ NoNewPrivileges=yes
 ProtectSystem=strict
 ProtectHome=read-only
 ReadWritePaths={data} /tmp
+CacheDirectory=klippy
+Environment=KLIPPY_CACHE=%C/klippy
 DevicePolicy=closed
 {devices}
 ProtectClock=yes

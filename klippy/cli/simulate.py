@@ -7,6 +7,7 @@ from klippy import plugins
 from klippy.cli import check
 from klippy.errors import ConfigError, PrinterError
 
+DEFAULT_WEB_PORT = 7130
 HELP = "print a file on the simulated machine of a printer.cfg"
 
 
@@ -23,6 +24,11 @@ def add_common_arguments(parser):
     parser.add_argument("--api-server", metavar="PATH",
                         help="serve the API socket at PATH, also after the"
                              " print, until interrupted")
+    parser.add_argument("--web", nargs="?", type=int, const=DEFAULT_WEB_PORT,
+                        metavar="PORT",
+                        help="show the printer on a web page of this computer, also"
+                             " after the print, until interrupted (port %d; real time"
+                             " unless --speed says another)" % (DEFAULT_WEB_PORT,))
     parser.add_argument("--log", metavar="FILE", help="write the log to FILE")
 
 
@@ -43,10 +49,16 @@ def run_session(args, config, job):
     from klippy.printer import Printer
     from klippy.simulator.session import SessionOptions, SimSession
     plugins.install()
-    setup_log(args.log)
+    try:
+        setup_log(args.log)
+    except OSError as err:
+        print("Error: unable to write the log '%s': %s" % (args.log, err.strerror),
+              file=sys.stderr)
+        return 1
     options = SessionOptions(
         config=config, job=job, speed=args.speed, seed=args.seed,
-        report=args.report, api_server=args.api_server, log_file=args.log)
+        report=args.report, api_server=args.api_server, log_file=args.log,
+        web_port=args.web)
     session = SimSession(options, sys.stdout, Printer)
     try:
         return session.run()

@@ -40,6 +40,11 @@ def _read(path):
         return ""
 
 
+def _read_id(folder):
+    """Vendor and product of a USB device, as its id."""
+    return "%s:%s" % (_read(folder / "idVendor"), _read(folder / "idProduct"))
+
+
 def list_serial(root="/"):
     """Serial ports, by the names that do not change."""
     dev = pathlib.Path(root) / "dev"
@@ -58,11 +63,20 @@ def list_boot_loaders(root="/"):
     """USB devices that wait for firmware."""
     found = []
     for folder in sorted(pathlib.Path(root).glob("sys/bus/usb/devices/*")):
-        usb_id = "%s:%s" % (_read(folder / "idVendor"), _read(folder / "idProduct"))
+        usb_id = _read_id(folder)
         if usb_id in BOOT_LOADERS:
             family, name = BOOT_LOADERS[usb_id]
             found.append(Device(usb_id, name, family))
     return found
+
+
+def find_port(usb_id, root="/"):
+    """Serial port of a USB device: a path, "" without."""
+    for folder in sorted(pathlib.Path(root).glob("sys/bus/usb/devices/*")):
+        if _read_id(folder) == usb_id:
+            for port in sorted(folder.parent.glob(folder.name + ":*/tty/*")):
+                return str(pathlib.Path(root) / "dev" / port.name)
+    return ""
 
 
 def list_all(root="/"):

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How firmware gets into a board: one way for each kind of chip and device."""
 
+import os
 import re
 import shutil
 
 from klippy.errors import PrinterError
-from klippy.flash import blocks, devices, sdcard, streams, tools, touch, uf2
+from klippy.flash import blocks, devices, pru, sdcard, streams, tools, touch, uf2
 
 DFU_ID = re.compile(r"[0-9a-fA-F]{4}:[0-9a-fA-F]{4}$")
 CAN_ADDRESS = re.compile(r"(can\d+|vcan\d+):([0-9a-fA-F]{12})$")
@@ -28,6 +29,8 @@ def flash(target, device="", board="", baud=0, root="/"):
         write_blocks(target, streams.CanStream(*can.groups()))
     elif target.family == "linux":
         install_linux(target, device)
+    elif target.family == "pru":
+        pru.install(target, root)
     elif target.family == "rp2040":
         uf2.write(target, device or None, root)
     elif target.family not in METHODS:
@@ -129,11 +132,28 @@ def flash_lpc176x(target, device, baud, root):
     write_dfu(target, device)
 
 
+def find_samba(target, device, root):
+    """Serial port of a boot loader that speaks SAM-BA: of a USB id, the device
+    itself, or what a touch of it brings up."""
+    loaders = {d.path for d in devices.list_boot_loaders(root)
+               if d.family == target.family}
+    ports = {os.path.realpath(devices.find_port(loader, root)) for loader in loaders}
+    if not DFU_ID.match(device) and os.path.realpath(device) not in ports:
+        try:
+            device = touch_and_wait(target, device, root)
+        except PrinterError:
+            if not os.path.exists(device):
+                raise
+            print("  nothing else came: is '%s' the boot loader already?" % (device,))
+    if DFU_ID.match(device):
+        device = touch.wait_for_port(device, root)
+    return device
+
+
 def flash_sam(target, device, baud, root):
-    """bossac, after a touch."""
+    """bossac, to the serial port of a boot loader."""
     tools.find_tool("bossac")
-    if not DFU_ID.match(device):
-        device = touch_and_wait(target, device, root)
+    device = find_samba(target, device, root)
     command = ["bossac", "-p", device, "-a", "-e", "-w", "-v", "-b", "-R"]
     if target.family == "atsamd":
         offset = target.read_number("FLASH_APPLICATION_ADDRESS", SAMD_OFFSET)

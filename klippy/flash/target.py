@@ -33,9 +33,9 @@ class Target:
         """True if a yes/no option is set."""
         return self.options.get(name) == "y"
 
-    def find_file(self, suffix):
-        """Path of klipper<suffix>; PrinterError if it was not built."""
-        path = self.folder / ("klipper" + suffix)
+    def find_file(self, suffix, stem="klipper"):
+        """Path of <stem><suffix>; PrinterError if it was not built."""
+        path = self.folder / (stem + suffix)
         if not path.exists():
             raise PrinterError(
                 "There is no '%s': build the firmware first, with 'make' or"

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Asking running firmware for its boot loader: the 1200 baud touch."""
 
+import contextlib
+import os
 import time
 
 import serial
@@ -18,10 +20,23 @@ def touch(path):
     loader."""
     try:
         port = serial.Serial(path, TOUCH_BAUD, exclusive=False)
-        port.dtr = False
+        with contextlib.suppress(OSError):  # the port may have no such line
+            port.dtr = False
         port.close()
     except (OSError, serial.SerialException) as err:
         raise PrinterError("Cannot open '%s': %s" % (path, err)) from None
+
+
+def wait_for_port(usb_id, root="/", wait=WAIT, sleep=time.sleep):
+    """Path of the serial port of a USB device that is there or about to come;
+    PrinterError after `wait` seconds."""
+    for _ in range(int(wait / PERIOD)):
+        port = devices.find_port(usb_id, root)
+        if port and os.path.exists(port):
+            return port
+        sleep(PERIOD)
+    raise PrinterError("The boot loader %s has no serial port: is the kernel's module"
+                       " cdc_acm there?" % (usb_id,))
 
 
 def wait_for_change(before, family, root="/", wait=WAIT, sleep=time.sleep):

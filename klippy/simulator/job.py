@@ -36,7 +36,9 @@ class SimJob:
     Everything runs on the printer's reactor, in virtual time.
     """
 
-    def __init__(self, printer, machine, path, display, recorder, finish):
+    def __init__(self, printer, machine, path, display, recorder, finish,
+                 has_users=False):
+        """has_users: somebody may have a paused print go on."""
         self.printer = printer
         self.machine = machine
         self.path = os.path.abspath(path)
@@ -47,7 +49,7 @@ class SimJob:
         self.result = JobResult()
         self.is_started = self.is_finished = False
         self.pause_start = None         # eventtime
-        self.has_api = bool(printer.get_start_args().get("apiserver"))
+        self.has_users = has_users
         self.reactor = printer.get_reactor()
         self.deadline = self.reactor.monotonic() + START_TIMEOUT
         self.timer = self.reactor.register_timer(
@@ -108,10 +110,10 @@ class SimJob:
         message = status["message"]
         if self.pause_start is None:
             self.pause_start = eventtime
-            if self.has_api and self.display is not None:
+            if self.has_users and self.display is not None:
                 self.display.write_message("Paused; RESUME goes on, CANCEL_PRINT ends"
                                            " the print. %s" % (message,))
-        if self.has_api:
+        if self.has_users:
             return
         if message:
             self._conclude(status)

@@ -10,7 +10,7 @@ import random
 import re
 
 from klippy.errors import ConfigError
-from klippy.simulator import axes, firmware, pinmap, settings, wiring
+from klippy.simulator import axes, filament, firmware, pinmap, settings, wiring
 
 THERMAL_PERIOD = 0.1
 CONFIG_STEPPER = re.compile(r"config_stepper .*step_pin=(?P<pin>\S+) .*"
@@ -43,6 +43,11 @@ class SimMachine:
         self._bind_switches()
         self.thermal = wiring.ThermalWorld(
             self.config, self.options, self.pins, self.mcus)
+        self.filament = filament.FilamentWorld(
+            self.config, self.options, self.pins, self.mcus, self.traces)
+        self.thermal.spools = self.filament.spools
+        if self.filament.updates:
+            world.add_ticker(filament.PERIOD, self.filament.tick)
         self.configured = set()
         self.last_tick = world.monotonic()
         world.add_ticker(THERMAL_PERIOD, self._tick)

@@ -10,19 +10,23 @@ from dataclasses import dataclass
 
 from klippy.errors import ConfigError
 
-PIN_OPTION = re.compile(r"(^|_)pins?$|^(a|b|c|d)_pin$|_pin_")
+PIN_OPTION = re.compile(r"(^|_)pins?$|^(a|b|c|d)_pin$|_pin_|^adc[12]$")
 DESCRIPTION = re.compile(r"^(?P<pull>[\^~]?)\s*(?P<invert>!?)\s*"
                          r"(?:(?P<chip>[^:]+):)?(?P<pin>[^:\s]+)$")
 
 
 @dataclass(frozen=True)
 class PinRef:
-    """A pin of a virtual mcu; invert as written with '!'."""
+    """A pin of a virtual mcu; invert as written with '!'.
+
+    chip: the [adc_scaled] whose pin it is, if any.
+    """
 
     mcu: str
     number: int
     invert: bool
     name: str
+    chip: str = ""
 
 
 class PinMap:
@@ -35,10 +39,21 @@ class PinMap:
         self.n_pins = n_pins
         self.aliases = {mcu: {} for mcu in self.mcus}
         self._read_aliases(config)
+        self.chips = self._read_chips(config)
         self.numbers = {mcu: {} for mcu in self.mcus}
         names = self._collect(config)
         for mcu in self.mcus:
             self._allocate(mcu, names[mcu])
+
+    @staticmethod
+    def _read_chips(config):
+        """{name: mcu} of chips whose pins are those of an mcu."""
+        chips = {}
+        for section in config.with_prefix("adc_scaled"):
+            match = DESCRIPTION.match((section.get("vref_pin") or "").strip())
+            if match is not None and " " in section.name:
+                chips[section.name.split()[1]] = match["chip"] or "mcu"
+        return chips
 
     def _read_aliases(self, config):
         for section in config.with_prefix("board_pins"):
@@ -70,6 +85,7 @@ class PinMap:
         if match is None:
             return
         mcu = (match["chip"] or "mcu").strip()
+        mcu = self.chips.get(mcu, mcu)
         if mcu in names:
             names[mcu][self._resolve_alias(mcu, match["pin"])] = True
 
@@ -106,11 +122,13 @@ class PinMap:
         match = DESCRIPTION.match((description or "").strip())
         if match is None:
             return None
-        mcu = (match["chip"] or "mcu").strip()
+        chip = (match["chip"] or "mcu").strip()
+        mcu = self.chips.get(chip, chip)
         if mcu not in self.numbers:
             return None
         name = self._resolve_alias(mcu, match["pin"])
         number = self.numbers[mcu].get(name)
         if number is None:
             return None
-        return PinRef(mcu, number, bool(match["invert"]), name)
+        return PinRef(mcu, number, bool(match["invert"]), name,
+                      chip if chip in self.chips else "")

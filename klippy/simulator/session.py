@@ -28,6 +28,12 @@ class SessionOptions:
     report: str | None = None
     api_server: str | None = None
     log_file: str | None = None
+    web_port: int | None = None
+
+    @property
+    def is_served(self):
+        """True if people may use the printer, and go on after the print."""
+        return self.api_server is not None or self.web_port is not None
 
 
 class SimSession:
@@ -40,7 +46,9 @@ class SimSession:
         self.display = progress.ProgressDisplay(stream)
         self.result = None
         self.printer = self.machine = self.reactor = self.recorder = None
+        self.web = None
         self.wall_start = time.monotonic()
+        self.is_report_lost = False
 
     def run(self):
         """Print the job and show what came of it; 0, or 1 on any failure."""
@@ -48,13 +56,26 @@ class SimSession:
         if self.options.report:
             report.load_plotting()
         self._build_machine(load_sections(self.options.config))
-        self._run_printer()
-        return 0 if self.result is not None and self.result.is_ok else 1
+        try:
+            self._serve_page()
+            self._run_printer()
+        finally:
+            if self.web is not None:
+                self.web.close()
+        is_ok = self.result is not None and self.result.is_ok
+        return 0 if is_ok and not self.is_report_lost else 1
 
     def _check_files(self):
         for path in (self.options.config, self.options.job):
             if not os.path.isfile(path):
-                raise PrinterError("There is no file '%s'" % (path,))
+                raise PrinterError("There is no file '%s'%s" % (
+                    path, ": it is a folder" if os.path.isdir(path) else ""))
+        try:
+            if self.options.report:
+                os.makedirs(self.options.report, exist_ok=True)
+        except OSError as err:
+            raise PrinterError("Unable to make the folder '%s' for the report: %s"
+                               % (self.options.report, err.strerror))
 
     def _build_machine(self, sections):
         from klippy_ext.vworld import VirtualWorld
@@ -69,6 +90,19 @@ class SimSession:
             heaters = [h.name for h in self.machine.thermal.heaters]
             self.recorder = recorder.Recorder(self.machine, heaters)
 
+    def _serve_page(self):
+        if self.options.web_port is None:
+            return
+        from klippy.simulator.web.feed import Feed
+        from klippy.simulator.web.server import WebServer
+        try:
+            self.web = WebServer(Feed(), self.options.web_port)
+        except OSError as err:
+            raise PrinterError("Unable to serve port %d: %s. Use --web with another one"
+                               % (self.options.web_port, err.strerror))
+        self.options.speed = self.options.speed or 1.
+        self.display.write_message("The printer is shown at %s" % (self.web.url,))
+
     def _run_printer(self):
         """Run printers until one exits; RESTART starts the next."""
         reason = "startup"
@@ -77,12 +111,17 @@ class SimSession:
                 self.reactor.set_pace(self.options.speed)
             self.printer = self.printer_class(
                 self.reactor, None, self._make_start_args(reason))
+            if self.web is not None:
+                self.web.attach(self.printer)
             if self.result is None:
                 job_module.SimJob(self.printer, self.machine, self.options.job,
-                                  self.display, self.recorder, self._finish)
+                                  self.display, self.recorder, self._finish,
+                                  self.options.is_served)
             reason = self.printer.run()
             if reason in EXIT_RESULTS:
                 break
+            if self.web is not None:
+                self.web.detach()
             self.reactor.finalize()
             self.reactor = Reactor(self.world)
 
@@ -105,15 +144,26 @@ class SimSession:
         rows = summary.collect(self.machine, self.printer, result, wall)
         self.display.write_message(summary.format_rows(result, rows))
         if self.recorder is not None:
-            writer = report.ReportWriter(self.options.report, self.recorder)
-            page = writer.write(os.path.basename(self.options.job), rows)
-            self.display.write_message("Report: %s" % (page,))
-        if self.options.api_server and result.is_ok:
-            self.display.write_message(
-                "Serving the API socket %s; press Ctrl-C to end"
-                % (self.options.api_server,))
+            self._write_report(rows)
+        if self.options.is_served and (result.is_ok or self.web is not None):
+            served = ([self.web.url] if self.web is not None else []) + (
+                ["the API socket " + self.options.api_server]
+                if self.options.api_server else [])
+            self.display.write_message("Serving %s; press Ctrl-C to end"
+                                       % (" and ".join(served),))
             return
         self.printer.request_exit("exit" if result.is_ok else "error_exit")
+
+    def _write_report(self, rows):
+        try:
+            writer = report.ReportWriter(self.options.report, self.recorder)
+            page = writer.write(os.path.basename(self.options.job), rows)
+        except OSError as err:
+            self.is_report_lost = True
+            self.display.write_message("The report in '%s' is not complete: %s" % (
+                self.options.report, err.strerror))
+            return
+        self.display.write_message("Report: %s" % (page,))
 
 
 def load_sections(path):

@@ -133,12 +133,17 @@ class SimOptions:
     heat_capacity: dict = field(default_factory=dict)
     heat_loss: dict = field(default_factory=dict)
     start_position: tuple | None = None
+    filament_length: dict = field(default_factory=dict)
+    filament_jam: dict = field(default_factory=dict)
+    filament_diameter: dict = field(default_factory=dict)
+    encoder_edge: float = 1.44
 
     @classmethod
     def from_config(cls, config):
         section = config.get("simulator")
         per_name = {name: parse_per_name(section, name) for name in (
-            "clock_ppm", "heater_power", "heat_capacity", "heat_loss")}
+            "clock_ppm", "heater_power", "heat_capacity", "heat_loss",
+            "filament_length", "filament_jam", "filament_diameter")}
         return cls(
             seed=section.getint("seed", cls.seed),
             ambient_temp=section.getfloat("ambient_temp", cls.ambient_temp),
@@ -146,6 +151,7 @@ class SimOptions:
             latency=section.getfloat("latency", cls.latency),
             clock_freq=section.getint("clock_freq", cls.clock_freq),
             firmware=section.get("firmware"),
+            encoder_edge=section.getfloat("encoder_edge", cls.encoder_edge),
             start_position=parse_position(section), **per_name)
 
 

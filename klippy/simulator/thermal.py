@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Temperatures: heater blocks, their losses and the lag of their sensors.
 
-A heater is one heat capacity that electric power warms and the room (and
-the part fan) cools; its sensor follows it with a first order lag.  Both
+A heater is one heat capacity that electric power warms and the room, the
+part fan and filament cool; its sensor follows it with a first order lag.  Both
 are integrated exactly for power and fan constant over a step, so the
 result does not depend on the size of the steps.
 """
@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 
 from klippy.errors import ConfigError
-from klippy.extras import adc_temperature, sensor_tables, thermistor
+from klippy.extras import adc_temperature, sensor_tables, temperature_mcu, thermistor
 
 # Sensor readings are held inside this range of the reference voltage.
 ADC_MARGIN = 1e-6
@@ -59,10 +59,13 @@ class HeaterModel:
         self.temperature = ambient
         self.sensor_temperature = ambient
 
-    def advance(self, elapsed, duty, fan=0.0):
-        """Go `elapsed` s ahead with the heater and part fan at 0..1."""
+    def advance(self, elapsed, duty, fan=0.0, filament=0.0):
+        """Go `elapsed` s ahead with the heater and part fan at 0..1.
+
+        filament: W/K that cold filament takes meanwhile.
+        """
         traits = self.traits
-        loss = traits.loss + traits.fan_loss * fan
+        loss = traits.loss + traits.fan_loss * fan + filament
         final = self.ambient + duty * traits.power / loss
         rate = loss / traits.capacity
         offset = self.temperature - final
@@ -86,6 +89,8 @@ def make_converter(config, section):
     None for sensors that are not behind an analog pin.
     """
     kind = section.get("sensor_type")
+    if kind == "temperature_mcu":
+        return _make_chip_sensor(section)
     if kind is None or section.get("sensor_pin") is None:
         return None
     if kind in thermistor.BUILT_IN:
@@ -94,6 +99,13 @@ def make_converter(config, section):
         custom = thermistor.CustomThermistor(config.get("thermistor " + kind))
         return _make_thermistor(section, custom.spec)
     return _make_table_sensor(config, section, kind)
+
+
+def _make_chip_sensor(section):
+    """The sensor of the simulated board itself, at its usual reference."""
+    line = temperature_mcu.Line()
+    line.set_typical(temperature_mcu.FAMILIES["simulator"], 3.3)
+    return line
 
 
 def _make_thermistor(section, spec):

@@ -6,6 +6,9 @@ from klippy.simulator import thermal
 
 FAN_SECTIONS = ("fan", "heater_fan", "controller_fan", "fan_generic",
                 "temperature_fan")
+CHIP_SENSOR = "ADC_TEMPERATURE"
+# What the reference and the ground of an [adc_scaled] board read on the mcu
+SCALED_VREF, SCALED_VSSA = 0.97, 0.01
 
 
 @dataclass
@@ -17,12 +20,16 @@ class AnalogInput:
     converter: object
     heater: thermal.HeaterModel | None
     ambient: float
+    is_scaled: bool = False
 
     def update(self):
         """Put the sensor's present reading on the pin."""
         temp = (self.ambient if self.heater is None
                 else self.heater.sensor_temperature)
-        self.mcu.set_adc(self.pin, thermal.calc_fraction(self.converter, temp))
+        fraction = thermal.calc_fraction(self.converter, temp)
+        if self.is_scaled:
+            fraction = SCALED_VSSA + fraction * (SCALED_VREF - SCALED_VSSA)
+        self.mcu.set_adc(self.pin, fraction)
 
 
 @dataclass
@@ -48,9 +55,11 @@ class ThermalWorld:
         self.inputs = []
         self.fans = {}
         self.fan_duties = {}
+        self.spools = {}        # heater section -> filament.Spool
         for section in config.sections.values():
             self._wire_fan(section)
             self._wire_section(section)
+            self._wire_references(section)
         for analog in self.inputs:
             analog.update()
 
@@ -70,12 +79,30 @@ class ThermalWorld:
     def _wire_section(self, section):
         heater = self._wire_heater(section)
         converter = thermal.make_converter(self.config, section)
-        ref = self.pins.lookup(section.get("sensor_pin"))
+        ref = self._find_sensor(section)
         if converter is None or ref is None:
             return
+        mcu, number, is_scaled = ref
         self.inputs.append(AnalogInput(
-            self.mcus[ref.mcu], ref.number, converter, heater,
-            self.options.ambient_temp))
+            mcu, number, converter, heater, self.options.ambient_temp, is_scaled))
+
+    def _find_sensor(self, section):
+        """(mcu, number, is_scaled) of the analog pin of a sensor."""
+        if section.get("sensor_type") == "temperature_mcu":
+            mcu = self.mcus.get(section.get("sensor_mcu", "mcu"))
+            return None if mcu is None else (mcu, mcu.find_pin(CHIP_SENSOR), False)
+        ref = self.pins.lookup(section.get("sensor_pin"))
+        if ref is None:
+            return None
+        return self.mcus[ref.mcu], ref.number, bool(ref.chip)
+
+    def _wire_references(self, section):
+        if not section.name.startswith("adc_scaled "):
+            return
+        for option, fraction in (("vref_pin", SCALED_VREF), ("vssa_pin", SCALED_VSSA)):
+            ref = self.pins.lookup(section.get(option))
+            if ref is not None:
+                self.mcus[ref.mcu].set_adc(ref.number, fraction)
 
     def _wire_heater(self, section):
         output = self._watch(section.get("heater_pin"))
@@ -94,7 +121,9 @@ class ThermalWorld:
         part_fan = self.fan_duties.get("fan", 0.0)
         for heater in self.heaters:
             heater.duty = heater.output.read_duty()
-            heater.model.advance(elapsed, heater.duty,
-                                 part_fan if heater.is_hotend else 0.0)
+            spool = self.spools.get(heater.name)
+            heater.model.advance(
+                elapsed, heater.duty, part_fan if heater.is_hotend else 0.0,
+                0.0 if spool is None else spool.take_heat() / elapsed)
         for analog in self.inputs:
             analog.update()

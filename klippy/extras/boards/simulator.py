@@ -5,7 +5,8 @@ The simulated machine reads this section itself before the printer starts;
 here it is only checked, so that one printer.cfg serves both.
 """
 
-PER_NAME_OPTIONS = ("clock_ppm", "heater_power", "heat_capacity", "heat_loss")
+PER_NAME_OPTIONS = ("clock_ppm", "heater_power", "heat_capacity", "heat_loss",
+                    "filament_length", "filament_jam", "filament_diameter")
 
 
 class SimulatorSection:
@@ -19,6 +20,7 @@ class SimulatorSection:
         config.getint("baud", 250000, minval=2400)
         config.getfloat("latency", 0.0002, minval=0.0, maxval=1.0)
         config.getint("clock_freq", 0, minval=0)
+        config.getfloat("encoder_edge", 1.44, above=0.0)
         config.get("firmware", None)
         config.getfloatlist("start_position", None, count=3)
         for option in PER_NAME_OPTIONS:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""[output_pin name]: a digital or pwm pin set by SET_PIN."""
+"""[output_pin name]: a digital or pwm pin set by SET_PIN or a template."""
+from klippy.extras import template_evaluator
 from klippy.extras.request_queue import GCodeRequestQueue
 
 __all__ = ["GCodeRequestQueue", "PrinterOutputPin"]
@@ -21,6 +22,7 @@ class PrinterOutputPin:
         self.mcu_pin.setup_start_value(self.last_value, shutdown)
         self.requests = GCodeRequestQueue(
             config, self.mcu_pin.get_mcu(), self._set_pin)
+        self.evaluator = self.printer.load_object(config, "template_evaluator")
         name = config.get_name().split()[1]
         self.printer.lookup_object("gcode").register_mux_command(
             "SET_PIN", "PIN", name, self.cmd_SET_PIN,
@@ -58,13 +60,27 @@ class PrinterOutputPin:
     cmd_SET_PIN_help = "Set the value of an output pin"
 
     def cmd_SET_PIN(self, gcmd):
-        value = gcmd.get_float("VALUE", minval=0.0, maxval=self.scale)
+        value = gcmd.get_float("VALUE", None, minval=0.0, maxval=self.scale)
+        template = gcmd.get("TEMPLATE", None)
+        if (value is None) == (template is None):
+            raise gcmd.error("SET_PIN PIN=%s needs either VALUE or TEMPLATE"
+                             % (gcmd.get("PIN"),))
+        if template is not None:
+            self.evaluator.set_template(gcmd, self, self._show_text)
+            return
         value /= self.scale
         if not self.is_pwm and value not in (0.0, 1.0):
             raise gcmd.error("SET_PIN PIN=%s: VALUE of a pin without pwm must"
                              " be 0 or 1, not %s"
                              % (gcmd.get("PIN"), gcmd.get("VALUE")))
+        self.evaluator.remove(self)
         self.requests.queue_gcode_request(value)
+
+    def _show_text(self, text):
+        value = template_evaluator.read_number(text, self.scale) / self.scale
+        if not self.is_pwm:
+            value = float(value >= 0.5)
+        self.requests.send_async_request(value)
 
 
 def load_config_prefix(config):

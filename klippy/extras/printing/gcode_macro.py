@@ -5,105 +5,13 @@ import ast
 import json
 import logging
 
-import jinja2
-
+from klippy.extras.macro_reload import MacroReloader
+from klippy.extras.macro_template import StatusProxy, Template
+from klippy.extras.template_check import CheckedTexts
 from klippy.gcode_command import is_classic
 
-# What an expression of a template can raise.
-TEMPLATE_ERRORS = (
-    jinja2.TemplateError, ArithmeticError, LookupError, TypeError, ValueError,
-    AttributeError, AssertionError, RecursionError, MemoryError)
-
-
-class StatusProxy:
-    """`printer` as templates see it: status of objects, read once each.
-
-    Missing objects raise KeyError, so that Jinja2 takes them for undefined.
-    """
-
-    def __init__(self, printer, eventtime=None):
-        self._printer = printer
-        if eventtime is None:
-            eventtime = printer.get_reactor().monotonic()
-        self._eventtime = eventtime
-        self._known = {}
-
-    def __getitem__(self, name):
-        name = str(name).strip()
-        known = self._known.get(name)
-        if known is None:
-            obj = self._printer.lookup_object(name, None)
-            if not hasattr(obj, "get_status"):
-                raise KeyError(name)
-            known = self._known[name] = _copy_plain(obj.get_status(self._eventtime))
-        return known
-
-    def __contains__(self, name):
-        try:
-            self[name]
-        except KeyError:
-            return False
-        return True
-
-    def __iter__(self):
-        for name, _ in self._printer.lookup_objects():
-            if name in self:
-                yield name
-
-
-def _copy_plain(value):
-    """A copy that a template may keep and change; tuples stay what they are."""
-    if isinstance(value, dict):
-        return {key: _copy_plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_copy_plain(item) for item in value]
-    return value
-
-
-class Template:
-    """A compiled template that gives G-code."""
-
-    def __init__(self, owner, env, name, text):
-        self.owner, self.name = owner, name
-        self.printer, self.gcode = owner.printer, owner.gcode
-        try:
-            self.template = env.from_string(text)
-        except jinja2.TemplateSyntaxError as err:
-            lines = text.split("\n")
-            shown = lines[err.lineno - 1].strip() if err.lineno <= len(lines) else ""
-            raise self.printer.config_error(
-                "Error in the template of %s, line %d: %s: '%s'"
-                % (name, err.lineno, err.message, shown))
-
-    def create_template_context(self, eventtime=None):
-        """What every template can use, beside a macro's own variables."""
-        return self.owner.create_template_context(eventtime)
-
-    def render(self, context=None):
-        """The G-code, blanks at both ends removed.  Raises CommandError."""
-        if context is None:
-            context = self.create_template_context()
-        try:
-            return str(self.template.render(context)).strip()
-        except self.gcode.error:
-            raise
-        except TEMPLATE_ERRORS as err:
-            raise self.gcode.error("Error evaluating %s%s: %s: %s" % (
-                self.name, _find_template_line(err), type(err).__name__, err))
-
-    def run_gcode_from_command(self, context=None):
-        """Run the G-code within the command that runs now."""
-        self.gcode.run_script_from_command(self.render(context))
-
-
-def _find_template_line(err):
-    """", line N" of the template that raised err."""
-    number, traceback = 0, err.__traceback__
-    while traceback is not None:
-        if traceback.tb_frame.f_code.co_filename in ("<template>", "<unknown>"):
-            number = traceback.tb_lineno
-        traceback = traceback.tb_next
-    return ", line %d" % (number,) if number else ""
+# Jinja2 is loaded so long (s) after the printer is ready, if it is not yet
+WARM_UP_DELAY = 5.
 
 
 class PrinterGCodeMacro:
@@ -112,18 +20,36 @@ class PrinterGCodeMacro:
     def __init__(self, config):
         self.printer = config.get_printer()
         self.gcode = self.printer.lookup_object("gcode")
-        self.env = jinja2.Environment(
-            block_start_string="{%", block_end_string="%}",
-            variable_start_string="{", variable_end_string="}",
-            comment_start_string="{#", comment_end_string="#}",
-            trim_blocks=False, extensions=["jinja2.ext.do"])
+        self.env = None
+        self.checked = CheckedTexts(self.printer.get_start_args().get("config_file"))
+        self.printer.register_event_handler("klippy:ready", self._handle_ready)
+        self.reloader = MacroReloader(self.printer, GCodeMacro)
+
+    def _handle_ready(self):
+        self.checked.save()
+        mcu = self.printer.lookup_object("mcu", None)
+        if self.checked.used and mcu is not None and not mcu.is_fileoutput():
+            reactor = self.printer.get_reactor()
+            reactor.register_callback(lambda eventtime: self.get_env(),
+                                      reactor.monotonic() + WARM_UP_DELAY)
+
+    def get_env(self):
+        """The Jinja2 environment of all templates."""
+        if self.env is None:
+            import jinja2
+            self.env = jinja2.Environment(
+                block_start_string="{%", block_end_string="%}",
+                variable_start_string="{", variable_end_string="}",
+                comment_start_string="{#", comment_end_string="#}",
+                trim_blocks=False, extensions=["jinja2.ext.do"])
+        return self.env
 
     def load_template(self, config, option, default=None):
         """Compile the template of an option.  Raises ConfigError."""
         name = "[%s] option '%s'" % (config.get_name(), option)
         text = (config.get(option) if default is None
                 else config.get(option, default))
-        return Template(self, self.env, name, text)
+        return Template(self, name, text)
 
     def create_template_context(self, eventtime=None):
         """printer and the actions."""
@@ -160,6 +86,18 @@ class PrinterGCodeMacro:
         return ""
 
 
+class MacroText:
+    """What the config says of a macro."""
+
+    def __init__(self, config):
+        macros = config.get_printer().load_object(config, "gcode_macro")
+        self.template = macros.load_template(config, "gcode")
+        self.rename_existing = config.get("rename_existing", None)
+        self.description = config.get("description", "G-Code macro")
+        self.is_live = config.getboolean("live", False)
+        self.variables = _read_variables(config)
+
+
 class GCodeMacro:
     """One macro: a command whose handler is a template."""
 
@@ -171,14 +109,32 @@ class GCodeMacro:
                 "Section [%s]: a macro has a name without blanks, like"
                 " [gcode_macro MY_MACRO]" % (config.get_name(),))
         self.name, self.alias = names[1], names[1].upper()
-        self.template = printer.load_object(config, "gcode_macro").load_template(
-            config, "gcode")
         self.gcode = printer.lookup_object("gcode")
-        self.rename_existing = config.get("rename_existing", None)
-        self.cmd_desc = config.get("description", "G-Code macro")
-        self.variables = _read_variables(config)
+        self.text = MacroText(config)
+        self.variables = dict(self.text.variables)
+        self.rename_existing = self.text.rename_existing
         self.is_running = False
         self._register(config)
+
+    @property
+    def template(self):
+        """The Template that runs."""
+        return self.text.template
+
+    @property
+    def cmd_desc(self):
+        """Text of HELP."""
+        return self.text.description
+
+    def change(self, text):
+        """Take over another text; variables that its author did not change keep
+        the values they have."""
+        old = self.text.variables
+        self.variables = {
+            name: self.variables[name] if name in old and old[name] == value
+            else value for name, value in text.variables.items()}
+        self.text = text
+        self.gcode.gcode_help[self.alias] = text.description
 
     def _register(self, config):
         # By its name as the config has it, and as a command
@@ -197,7 +153,22 @@ class GCodeMacro:
                     if is_classic(self.alias) else
                     "it must not be a letter with a number, '%s' is none either"
                     % (self.alias,)))
+        if config.get_printer().lookup_object("gcode").is_printer_ready:
+            self._rename()
+            return
         self.printer.register_event_handler("klippy:connect", self._rename)
+
+    def unregister(self):
+        """Take the macro away; a command that it replaced has its name again."""
+        self.gcode.register_command(self.alias, None)
+        self.gcode.gcode_help.pop(self.alias, None)
+        _, handlers = self.gcode.mux_commands["SET_GCODE_VARIABLE"]
+        for name in {self.name, self.alias}:
+            handlers.pop(name, None)
+        if self.rename_existing is not None:
+            existing = self.gcode.register_command(self.rename_existing, None)
+            self.gcode.gcode_help.pop(self.rename_existing, None)
+            self.gcode.register_command(self.alias, existing)
 
     def _rename(self):
         """Move the existing command away, once all of them are registered."""
@@ -238,7 +209,10 @@ class GCodeMacro:
         context["rawparams"] = gcmd.get_raw_command_parameters()
         self.is_running = True
         try:
-            self.template.run_gcode_from_command(context)
+            if self.text.is_live:
+                self.template.run_live_from_command(context)
+            else:
+                self.template.run_gcode_from_command(context)
         finally:
             self.is_running = False
 

@@ -18,6 +18,8 @@ class PauseResume:
             self.gcode.register_command(
                 name, getattr(self, "cmd_" + name),
                 desc=getattr(self, "cmd_%s_help" % name))
+        self.gcode.interrupts.register("PAUSE", self._hurry_pause)
+        self.gcode.interrupts.register("CANCEL_PRINT", self._hurry_cancel)
         webhooks = printer.lookup_object("webhooks")
         for path, script in (("cancel", "CANCEL_PRINT"), ("pause", "PAUSE"),
                              ("resume", "RESUME")):
@@ -28,6 +30,15 @@ class PauseResume:
         def run_endpoint(web_request):
             self.gcode.run_script(script)
         return run_endpoint
+
+    def _hurry_pause(self):
+        """PAUSE waits for its turn: a line of the file that waits lets it in."""
+        if self.v_sd is not None:
+            self.v_sd.hurry()
+
+    def _hurry_cancel(self):
+        """CANCEL_PRINT waits for its turn: end what runs."""
+        self.gcode.interrupts.interrupt_others("CANCEL_PRINT")
 
     def _handle_connect(self):
         self.v_sd = self.printer.lookup_object("virtual_sdcard", None)

@@ -63,6 +63,15 @@ class ErrorPolicy:
         self._pause()
         return False, text
 
+    def handle_interruption(self, text):
+        """The line that text tells was ended, but not the print: pause it.
+
+        Returns what handle() does.
+        """
+        self.gcode.report_error(CommandError(text))
+        self._pause()
+        return False, text
+
     def _can_skip(self, err, stream):
         if not isinstance(err, CommandError) or isinstance(err, ReadError):
             return False

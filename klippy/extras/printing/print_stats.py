@@ -28,6 +28,17 @@ class PrintStats:
         self.reset()
         self.filename = filename
 
+    def restore(self, status):
+        """Count on from what get_status() was before the host ended."""
+        now = self.reactor.monotonic()
+        self.print_start_time = now - status["total_duration"]
+        self.filament_used, self.info = status["filament_used"], status["info"]
+        # what was neither printing nor preparation were pauses
+        if self.filament_used < 1e-7:
+            return
+        self.prev_pause_duration = (
+            status["total_duration"] - status["print_duration"])
+
     def note_start(self):
         """The print starts, or goes on after a pause."""
         now = self.reactor.monotonic()

@@ -19,6 +19,7 @@ cdef class SdStream:
     cdef public long long next_position
     cdef public long long size
     cdef public bint must_stop
+    cdef public bint must_break
     cdef public bint is_closed
     cdef bint is_at_end
     cpdef bint run_lines(self) except *

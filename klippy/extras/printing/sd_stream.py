@@ -69,7 +69,7 @@ class SdStream:
         self.reader, self.size = reader, reader.size
         self.runner, self.mutex = gcode.runner, gcode.mutex
         self.position = self.next_position = self.failed_end = 0
-        self.must_stop = self.is_closed = False
+        self.must_stop = self.is_closed = self.must_break = False
         self._forget_block()
 
     def _forget_block(self):
@@ -93,14 +93,14 @@ class SdStream:
                 self.block[here:here + 128])
 
     def run_lines(self):
-        """Run lines until the end of the file, a stop, the end of a block, or
-        until somebody else waits to run commands.
+        """Run lines until the end of the file, a stop, the end of a block, until
+        somebody else waits to run commands, or must_break is set.
 
         Returns True at the end of the file.  The caller holds the G-code mutex.
         Raises PrinterError; position is then at the failed line, which runs
         again unless pass_line() is called.
         """
-        self.position = self.next_position
+        self.position, self.must_break = self.next_position, False
         if self.next_position != self.base + self.offset:
             self._forget_block()
         if self._run_block():
@@ -109,7 +109,7 @@ class SdStream:
 
     def _run_block(self):
         """Run the lines of the block; False if it has no complete one left."""
-        while not self.must_stop and not self.mutex.n_waiting:
+        while not (self.must_stop or self.must_break or self.mutex.n_waiting):
             end = self.runner.find_next(self.block, self.offset)
             if end < 0:
                 return False

@@ -2,15 +2,19 @@
 """[virtual_sdcard]: prints G-code files of a folder of the host.
 
 The work greenlet holds the G-code mutex while it runs lines and lets go of it
-as soon as somebody else waits for it.  A pause takes effect between two lines.
+as soon as somebody else waits for it.  A pause takes effect between two lines
+of the file, or of a macro, or within a wait for a temperature; the macro goes
+on from there.
 """
 
 import logging
 import os
 
-from klippy.errors import PrinterError
-from klippy.extras.print_errors import ErrorPolicy
+from klippy.errors import CommandInterrupted, PrinterError
+from klippy.extras.print_errors import ErrorPolicy, describe
 from klippy.extras.sd_stream import BlockReader, SdStream
+from klippy.extras.suspended_line import SuspendedLine
+from klippy.gcode_run import Run
 
 EXTENSIONS = ("gcode", "g", "gco")
 
@@ -29,12 +33,16 @@ class VirtualSD:
         self.file_path = None
         self.work = None                # token of the work that goes on
         self.is_running_lines = False   # the work holds the mutex
+        self.suspended = None           # SuspendedLine while others come first
+        self.boundary_callbacks = []    # called between two lines, now and then
+        self.interruption = ""          # which line was ended before its time
         printer.register_event_handler("klippy:shutdown", self._handle_shutdown)
         self._register_commands()
 
     def _register_commands(self):
         for name in ("M20", "M21", "M23", "M24", "M25", "M26", "M27"):
             self.gcode.register_command(name, getattr(self, "cmd_" + name))
+        self.gcode.interrupts.register("M25", self.hurry)
         for name in ("M28", "M29", "M30"):
             self.gcode.register_command(name, self.cmd_unsupported)
         for name in ("SDCARD_RESET_FILE", "SDCARD_PRINT_FILE"):
@@ -45,9 +53,11 @@ class VirtualSD:
     # State
 
     def _handle_shutdown(self):
-        if not self.is_active():
+        if self.work is None:
             return
         self.stream.must_stop = True
+        if self.suspended is not None:
+            self.suspended.end()
         before, after = self.stream.get_context()
         logging.info("virtual_sdcard at byte %d, before: %r",
                      self.stream.position, before)
@@ -76,7 +86,8 @@ class VirtualSD:
 
     def is_active(self):
         """True while a file is printed and not paused."""
-        return self.work is not None
+        return self.work is not None and not (
+            self.suspended is not None and self.stream.must_stop)
 
     def is_cmd_from_sd(self):
         """True inside a command of the file."""
@@ -124,6 +135,9 @@ class VirtualSD:
     def _close_file(self):
         if self.stream is not None:
             self.stream.close()
+        if self.suspended is not None:
+            self.work = None
+            self.suspended.end_now()
         self.stream = self.file_path = None
 
     def _reset_file(self):
@@ -134,7 +148,18 @@ class VirtualSD:
         self.print_stats.reset()
         self.printer.send_event("virtual_sdcard:reset_file")
 
+    def load_at(self, gcmd, filename, position):
+        """Select a file below the folder, to go on at a byte of it."""
+        self._reset_file()
+        self._load_file(gcmd, filename, check_subdirs=True)
+        self.set_file_position(position)
+
     # Start and stop
+
+    def ask_boundary(self):
+        """Have the boundary callbacks called behind the line that runs."""
+        if self.stream is not None:
+            self.stream.must_break = True
 
     def do_resume(self):
         """Start the print of the loaded file, or go on.  Raises CommandError."""
@@ -146,6 +171,8 @@ class VirtualSD:
         pause_resume = self.printer.lookup_object("pause_resume", None)
         if pause_resume is not None:
             pause_resume.note_resumed()
+        if self.suspended is not None:
+            self.suspended.resume()
         if self.work is None:
             work = self.work = object()
             self.reactor.register_callback(
@@ -157,8 +184,31 @@ class VirtualSD:
             return
         self.stream.must_stop = True
         if not self.is_running_lines:
-            self.work = None
+            if self.suspended is None:
+                self.work = None
             self.print_stats.note_pause()
+
+    def hurry(self):
+        """A pause waits for its turn: let it in at the next place that can wait."""
+        if self.is_running_lines:
+            self.gcode.get_mutex().runs[0].ask_way()
+
+    def give_way(self, run):
+        """Let others run, and come back when the print is not paused.
+
+        Called within a line of the file.  Raises CommandInterrupted if the
+        print is ended meanwhile.
+        """
+        self.is_running_lines = False
+        self.suspended = SuspendedLine(self.reactor, self.gcode.get_mutex(), run)
+        try:
+            was_paused = self.suspended.wait_while(lambda: self.stream is not None
+                                                   and self.stream.must_stop)
+        finally:
+            self.suspended = None
+        self.is_running_lines = True
+        if was_paused:
+            self.print_stats.note_start()
 
     def do_cancel(self):
         """End the print and forget its file."""
@@ -173,6 +223,7 @@ class VirtualSD:
         """Run the file until it ends, fails, is paused or work is not wanted."""
         if self.work is not work:
             return
+        self.interruption = ""
         logging.info("virtual_sdcard: print from byte %d", stream.next_position)
         self.print_stats.note_start()
         is_at_end, error = False, ""
@@ -187,17 +238,34 @@ class VirtualSD:
     def _run_stretch(self, work, stream):
         """Run lines under the mutex: (whether the print is at its end, text of
         the error that ends or pauses it)."""
-        with self.gcode.get_mutex():
+        mutex, run = self.gcode.get_mutex(), Run(owner=self)
+        mutex.lock_run(run)
+        try:
             if stream.must_stop or self.work is not work:
                 return False, ""
             self.is_running_lines = True
-            try:
-                return stream.run_lines(), ""
-            except PrinterError as err:
-                return self.error_policy.handle(err, stream,
-                                                self.print_stats.filename)
-            finally:
-                self.is_running_lines = False
+            return self._run_lines(stream)
+        finally:
+            self.is_running_lines = False
+            if run.is_holding:
+                mutex.unlock()
+
+    def _run_lines(self, stream):
+        if self.interruption:
+            # whoever ended the line did not end the print
+            return self.error_policy.handle_interruption(self.interruption)
+        try:
+            is_at_end = stream.run_lines()
+            for callback in self.boundary_callbacks:
+                callback()
+            return is_at_end, ""
+        except CommandInterrupted as err:
+            self.interruption = describe(err, stream, self.print_stats.filename)
+            logging.info("virtual_sdcard: %s", self.interruption)
+            stream.pass_line()
+            return False, ""
+        except PrinterError as err:
+            return self.error_policy.handle(err, stream, self.print_stats.filename)
 
     def _note_end(self, is_at_end, error):
         logging.info("virtual_sdcard: print stops at byte %d", self.stream.position)

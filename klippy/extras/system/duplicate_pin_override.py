@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pins that several sections may use: [duplicate_pin_override]."""
+"""Pins that several sections may use: [duplicate_pin_override], also with a name."""
 
 from klippy import pins
 
@@ -15,3 +15,6 @@ class DuplicatePinOverride:
 
 def load_config(config):
     return DuplicatePinOverride(config)
+
+
+load_config_prefix = load_config
