@@ -3,8 +3,12 @@
 
 A module of `klippy` is compiled if and only if a .pxd lies beside it.
 KLIPPY_ONLY=name[,name...] limits a build to some extensions.
+
+A build makes again what is older than a file that went into it: the compiler
+notes these files beside each object (-MMD), Cython finds its .pxd by itself.
 """
 
+import json
 import os
 import pathlib
 import shutil
@@ -28,6 +32,38 @@ DIRECTIVES = {"language_level": 3, "initializedcheck": False,
 def read_version():
     """Version of the project from its VERSION file."""
     return (ROOT / "VERSION").read_text().strip()
+
+
+def read_depfile(path):
+    """The files that made an object, by the compiler's note beside it.
+
+    Without a note the missing note itself, which is newer than anything.
+    """
+    if not path.exists():
+        return [path]
+    names = path.read_text().replace("\\\n", " ").partition(": ")[2]
+    return [pathlib.Path(name) for name in names.split()]
+
+
+def is_older(target, sources):
+    """True if a file must be made (again) from others."""
+    if not target.exists() or not all(path.exists() for path in sources):
+        return True
+    made = target.stat().st_mtime
+    return any(path.stat().st_mtime > made for path in sources)
+
+
+def note_settings(path, settings):
+    """Keep the settings of a build in a file that changes only with them.
+
+    Returns True when they are others than those of the last build.
+    """
+    text = json.dumps(settings, indent=1, sort_keys=True) + "\n"
+    if path.exists() and path.read_text() == text:
+        return False
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    return True
 
 
 def is_wanted(name):
@@ -55,7 +91,7 @@ def make_extension(name, path):
     return Extension(
         name, [str(path)], include_dirs=[str(CSRC)],
         libraries=["klippyc"] if uses_library else [],
-        extra_compile_args=["-O2", "-g1", "-Wno-unused-function"],
+        extra_compile_args=["-O2", "-g1", "-Wno-unused-function", "-MMD"],
         extra_link_args=["-Wl,-rpath," + origin] if uses_library else [])
 
 
@@ -71,7 +107,6 @@ class BuildExt(build_ext):
         library = self.build_library()
         for ext in self.extensions:
             ext.library_dirs = [str(library.parent)]
-            ext.depends = [str(p) for p in CSRC.glob("*.h")]
         super().run()
         if not self.inplace:
             target = pathlib.Path(self.build_lib) / "klippy_ext" / LIBRARY
@@ -84,13 +119,25 @@ class BuildExt(build_ext):
             shutil.copy2(library, new)
             os.replace(new, ROOT / "klippy_ext" / LIBRARY)
 
+    def build_extension(self, ext):
+        temp = pathlib.Path(self.build_temp)
+        settings = temp / "settings" / (ext.name + ".json")
+        note_settings(settings, [self.compiler.compiler_so, ext.extra_compile_args,
+                                 ext.libraries, ext.extra_link_args])
+        ext.depends = [str(settings)]
+        for source in ext.sources:
+            depfile = (temp / source).with_suffix(".d")
+            ext.depends += map(str, read_depfile(depfile))
+        super().build_extension(ext)
+
     def add_simulator(self, folder):
         """Put the simulator's firmware and the samples into the package."""
         out = pathlib.Path(self.build_temp).resolve() / "simulator"
         subprocess.check_call(
             ["make", "--no-print-directory", "firmware", "OUT=%s/" % (out,),
              "KCONFIG_CONFIG=test/configs/simulator.config",
-             "PYTHON=" + sys.executable])
+             "PORT_OUTPUTS=%s/klipper.so" % (out,), "PYTHON=" + sys.executable]
+            + os.environ.get("KLIPPY_FIRMWARE_MAKE", "").split())
         (folder / "firmware").mkdir(parents=True, exist_ok=True)
         shutil.copy2(out / "klipper.so", folder / "firmware")
         samples = folder / "samples"
@@ -102,20 +149,21 @@ class BuildExt(build_ext):
         temp.mkdir(parents=True, exist_ok=True)
         cc = os.environ.get("CC", "cc").split()
         flags = C_FLAGS + os.environ.get("KLIPPY_CFLAGS", "").split()
-        headers = max(p.stat().st_mtime for p in CSRC.glob("*.h"))
+        settings = temp / "settings.json"
+        note_settings(settings, [cc, flags])
         objects, jobs = [], []
         for source in sorted(CSRC.glob("*.c")):
             obj = temp / (source.stem + ".o")
             objects.append(obj)
-            newest = max(headers, source.stat().st_mtime)
-            if obj.exists() and obj.stat().st_mtime > newest:
-                continue
-            jobs.append((source, cc + flags + ["-c", str(source), "-o", str(obj)]))
+            if is_older(obj, [settings] + read_depfile(obj.with_suffix(".d"))):
+                jobs.append((source, cc + flags + ["-MMD", "-c", str(source),
+                                                   "-o", str(obj)]))
         run_all(jobs, self.parallel)
         library = temp / LIBRARY
-        subprocess.check_call(cc + ["-shared", "-o", str(library)]
-                              + [str(o) for o in objects]
-                              + ["-lm", "-lpthread", "-ldl"])
+        if is_older(library, objects):
+            subprocess.check_call(cc + ["-shared", "-o", str(library)]
+                                  + [str(o) for o in objects]
+                                  + ["-lm", "-lpthread", "-ldl"])
         return library
 
 
@@ -138,8 +186,10 @@ def check_exit(process):
 
 def cythonized():
     from Cython.Build import cythonize
+    folder = pathlib.Path("build/cython")
+    changed = note_settings(folder / "settings.json", DIRECTIVES)
     return cythonize(list_extensions(), compiler_directives=DIRECTIVES,
-                     build_dir="build/cython",
+                     build_dir=str(folder), force=changed,
                      nthreads=0 if os.environ.get("KLIPPY_ONLY")
                      else os.cpu_count() or 1)
 
@@ -151,6 +201,8 @@ if __name__ == "__main__":
         packages=find_namespace_packages(
             include=["klippy", "klippy.*", "klippy_ext", "klippy_ext.*"],
             exclude=["klippy_ext.csrc*"]),
-        package_data={"": ["*.pxd"]}, include_package_data=False,
+        package_data={"": ["*.pxd", "*.toml"], "klippy.simulator.web": ["*.html"],
+                      "klippy.schema.rooms": ["*.cfg"]},
+        include_package_data=False,
         ext_modules=cythonized() if len(sys.argv) > 1 else [],
         cmdclass={"build_ext": BuildExt}, zip_safe=False)

@@ -9,6 +9,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # name: (moves, mm a move); all at 200 mm/s
@@ -45,19 +46,25 @@ def make_pattern(name, folder):
     return path
 
 
+def make_command(config, job, dictionary, folder):
+    """Command line of a batch run; its output is out.serial in the folder."""
+    return [sys.executable, str(ROOT / "klippy" / "klippy.py"), str(config),
+            "-i", str(job), "-o", str(folder / "out.serial"), "-d", str(dictionary),
+            "-l", str(folder / "log")]
+
+
 def run(config, job, dictionary, folder):
-    """(user s, system s, peak memory in MB, bytes) of a batch run."""
-    output, log = folder / "out.serial", folder / "log"
-    command = [sys.executable, str(ROOT / "klippy" / "klippy.py"), str(config),
-               "-i", str(job), "-o", str(output), "-d", str(dictionary),
-               "-l", str(log)]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    """(user s, system s, peak memory in MB, bytes, wall s) of a batch run."""
+    log, start = folder / "log", time.monotonic()
+    process = subprocess.Popen(make_command(config, job, dictionary, folder),
+                               stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
+    elapsed = time.monotonic() - start
     if status:
         sys.exit("%s with %s failed:\n%s" % (
             job, config, log.read_text()[-2000:] if log.exists() else ""))
     return (usage.ru_utime, usage.ru_stime, usage.ru_maxrss / 1024.,
-            output.stat().st_size)
+            (folder / "out.serial").stat().st_size, elapsed)
 
 
 def parse_arguments():
@@ -78,14 +85,15 @@ def parse_arguments():
 def main():
     """Print a line for each job."""
     options = parse_arguments()
-    print("%-20s %8s %8s %8s %10s" % ("job", "user s", "system s", "MB", "bytes"))
+    print("%-20s %8s %8s %8s %10s %8s" % (
+        "job", "user s", "system s", "MB", "bytes", "wall s"))
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for job in options.jobs:
             path = make_pattern(job, folder) if job in PATTERNS else job
             best = min(run(options.config, path, options.dictionary, folder)
                        for _ in range(options.runs))
-            print("%-20s %8.2f %8.2f %8.0f %10d" % (
+            print("%-20s %8.2f %8.2f %8.0f %10d %8.2f" % (
                 pathlib.Path(path).stem, *best), flush=True)
 
 

@@ -10,6 +10,7 @@ import argparse
 import ast
 import json
 import operator
+import os
 import pathlib
 import re
 import subprocess
@@ -109,6 +110,11 @@ class Message:
         if not self.params:
             lines.append("    COMMAND_ARG uint8_t nothing;")
         return lines + ["};"]
+
+    def mark_buffers(self):
+        """Bit n is set if parameter n is a byte string."""
+        return sum(1 << i for i, (_, kind) in enumerate(self.params)
+                   if kind not in C_TYPES)
 
     def count_slots(self):
         return sum(1 if kind in C_TYPES else 2 for _, kind in self.params)
@@ -262,6 +268,7 @@ class Collector:
                  "#define DECL_ARGS_H", '#include "core/command.h"']
         slots = [m.count_slots() for _, _, m in self.commands.values()]
         lines.append("#define TABLES_MAX_SLOTS %d" % max(slots + [1]))
+        lines.append("#define TABLES_MAX_ID %d" % max(self.ids.values()))
         lines += ["static inline uint8_t decl_add_size(uint8_t a, uint8_t b)",
                   "{", "    return a + b < 255 ? (uint8_t)(a + b) : 255;", "}"]
         for fmt in sorted(self.commands):
@@ -288,8 +295,9 @@ class Collector:
                  '#include "core/tables.h"', '#include "decl/args.h"']
         for kind, funcs in self.calls.items():
             lines += ["void tables_run_%ss(void)" % kind, "{"]
-            lines += ["    %s();" % func for func in funcs] + ["}"]
-        lines += self._write_commands() + self._write_initial_pins()
+            lines += ["    TABLES_CALL(%s);" % func for func in funcs] + ["}"]
+        lines += self._write_commands() + self._write_messages()
+        lines += self._write_initial_pins()
         packed = zlib.compress(dictionary.encode(), 9)
         lines.append("const ROM uint8_t tables_dictionary[] = {")
         lines += ["    " + "".join("%d," % b for b in packed[i:i + 24])
@@ -305,13 +313,21 @@ class Collector:
                 lines.append("    { 0 },")
                 continue
             func, flags, message = self.commands[by_id[msg_id]]
-            buffers = sum(1 << i for i, (_, kind) in enumerate(message.params)
-                          if kind not in C_TYPES)
-            lines.append("    { (command_handler *)(void (*)(void))%s, "
-                         "%d, %d, %d },"
-                         % (func, buffers, len(message.params), flags))
+            lines.append("    { TABLES_HANDLER(%s), %d, %d, TABLES_FLAGS(%d) },"
+                         % (func, message.mark_buffers(), len(message.params),
+                            flags))
         return lines + ["};", "const uint16_t tables_command_count = %d;"
                         % (max(by_id) + 1)]
+
+    def _write_messages(self):
+        sent = {self.ids[what.fmt]: what for _, uses in self.uses
+                for _, kind, what in uses if kind == "send"}
+        lines = ["const ROM struct message_entry tables_messages[] = {"]
+        lines += ["    { %d, %d }," % (sent[i].mark_buffers(),
+                                       len(sent[i].params))
+                  if i in sent else "    { 0, 0 },"
+                  for i in range(max(self.ids.values()) + 1)]
+        return lines + ["};"]
 
     def _write_initial_pins(self):
         rows = ["    { %d, %d }," % (self.find_pin(name.lstrip("!")),
@@ -342,7 +358,10 @@ def run_tool(args):
 
 
 def read_version(root):
-    """Version of the sources: from git, else from the VERSION file."""
+    """Version of the sources: as told, from git, or from the VERSION file."""
+    told = os.environ.get("KLIPPY_FIRMWARE_VERSION")
+    if told:
+        return told
     base = (root / "VERSION").read_text().strip()
     commit = run_tool(["git", "-C", str(root), "describe", "--always",
                        "--dirty", "--abbrev=8", "--match=v*"])

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Install the Debian packages that a make target needs, or say how.
 #
-# usage: system_packages.sh run|test
+# usage: system_packages.sh run|test|systemd|wheels
 #
 # Nothing is installed when everything is there already.  Without root (or a
 # password-less sudo) the exact command line is printed instead and the script
@@ -10,7 +10,7 @@
 set -eu
 
 usage() {
-    echo "usage: $0 run|test   (installs what that make target needs)"
+    echo "usage: $0 run|test|systemd|wheels   (installs what that make target needs)"
 }
 
 # missing "package:test command" ...: print the packages whose test fails
@@ -28,7 +28,7 @@ sys.exit(not os.path.exists(sysconfig.get_paths()[\"include\"]+\"/Python.h\"))'"
 
 case "${1:-}" in
     -h|--help) usage; exit 0 ;;
-    run|test) ;;
+    run|test|systemd|wheels) ;;
     *) usage >&2; exit 2 ;;
 esac
 
@@ -44,6 +44,7 @@ if [ "$1" = test ]; then
         "libnewlib-arm-none-eabi:test -e /usr/include/newlib/stdint.h" \
         "avrdude:command -v avrdude" \
         "stm32flash:command -v stm32flash" \
+        "bossa-cli:command -v bossac" \
         "libsimavr-dev:test -e /usr/include/simavr/sim_avr.h" \
         "libelf-dev:test -e /usr/include/libelf.h" \
         "clang:command -v clang" \
@@ -51,6 +52,11 @@ if [ "$1" = test ]; then
         "valgrind:command -v valgrind" \
         "chromium:command -v chromium || command -v chromium-browser || command -v google-chrome")"
 fi
+case "$1" in
+    systemd) need="$need$(missing "systemd-container:command -v systemd-nspawn")" ;;
+    wheels) need="$need$(missing "qemu-user-static:command -v qemu-arm-static" \
+        "mmdebstrap:command -v mmdebstrap")" ;;
+esac
 [ -n "$need" ] || exit 0
 
 if [ "$(id -u)" = 0 ]; then
