@@ -14,7 +14,12 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 CONFIGS = sorted(p.stem for p in (ROOT / "test" / "configs").glob("*.config"))
-PREFIXES = {"avr": "avr-", "stm32": "arm-none-eabi-"}
+ARM = ("stm32", "lpc176x", "rpxxxx", "atsam", "atsamd")
+PREFIXES = {"avr": "avr-", "pru": "pru-elf-",
+            **dict.fromkeys(ARM, "arm-none-eabi-")}
+# scripts/build_pru_tools.sh puts them there
+PRU_TOOLS = pathlib.Path(os.environ.get("KLIPPY_PRU_TOOLS")
+                         or pathlib.Path.home() / ".cache" / "klippy-pru") / "bin"
 
 
 def find_family(name):
@@ -26,7 +31,17 @@ def find_family(name):
 def find_prefix(name):
     """Prefix of the compiler's name; None if it is not installed."""
     prefix = PREFIXES.get(find_family(name), "")
-    return prefix if shutil.which(prefix + "gcc") else None
+    if shutil.which(prefix + "gcc"):
+        return prefix
+    local = "%s/%s" % (PRU_TOOLS, prefix)
+    return local if shutil.which(local + "gcc") else None
+
+
+def say_missing(name):
+    """Why a configuration cannot be built where find_prefix() finds nothing."""
+    if find_family(name) == "pru":
+        return "needs pru-elf-gcc: sh scripts/build_pru_tools.sh (20 minutes)"
+    return "needs %sgcc for %s" % (PREFIXES[find_family(name)], name)
 
 
 @functools.cache

@@ -3,7 +3,7 @@
 
 import math
 
-from truth import polar
+from truth import plan, polar
 
 MOTOR = """
 [{name}]
@@ -184,7 +184,34 @@ PRINTER_OPTIONS = ("max_accel", "square_corner_velocity", "max_z_accel",
 def find_limits(kind, config):
     """What kinematics limit beyond z; see truth.plan.plan()."""
     return {"delta": limit_at_edge, "deltesian": limit_flat_arms,
-            "polar": limit_turning}.get(kind)
+            "polar": limit_turning, "limited_cartesian": limit_each_axis,
+            "limited_corexy": limit_shared_motors}.get(kind)
+
+
+LIMITED = ("max_x_velocity: 150\nmax_y_velocity: 70\nmax_x_accel: 2500\n"
+           "max_y_accel: 900\n")
+
+
+def make_limited(kind, advance=0.04, extra=""):
+    """One of the kinds limited_*, with LIMITED."""
+    text = make_axes(kind, advance, extra)
+    return text.replace("[printer]\n", "[printer]\n" + LIMITED)
+
+
+def limit_each_axis(move, join=max):
+    """What LIMITED says, along the way and towards the middle of an arc."""
+    ways, pulls = plan.find_shares(move)
+    if ways[0] or ways[1]:
+        move.limit(1. / max(ways[0] / 150., ways[1] / 70.),
+                   1. / join((ways[0] / 2500., ways[1] / 900.)))
+    if pulls[0] or pulls[1]:
+        accel = 1. / join((pulls[0] / 2500., pulls[1] / 900.))
+        move.limit(math.sqrt(accel / plan.curvature(move)), move.a)
+
+
+def limit_shared_motors(move):
+    """The same where both motors drive x and y."""
+    limit_each_axis(move, sum)
 
 
 def limit_at_edge(move, radius=125., arm=250., velocity=300., accel=3000.):
@@ -200,7 +227,7 @@ def limit_flat_arms(move, reach=150., arm=260., velocity=200., accel=3000.):
     """Where an arm of the deltesian of CURVED lies so flat that it is fast."""
     if not move.way[0]:
         return
-    off = max(reach + abs(move.start[0]), reach + abs(move.end[0]))
+    off = reach + max(abs(place[0]) for place in plan.list_places(move))
     ratio = off / math.sqrt(arm * arm - off * off)
     share = 0.25 if ratio > 6. else 0.5 if ratio > 3. else 1.
     move.limit(share * velocity, share * accel)
@@ -212,7 +239,12 @@ BED_SPEED = 50000. * 2. * math.pi / (200. * 16. * 5.)
 
 def limit_turning(move):
     """How fast the bed of the polar machine of CURVED can turn."""
-    near, _ = polar.span(move.start, move.end)
+    if move.arc is None:
+        near, _ = polar.span(move.start, move.end)
+    else:
+        near, _ = polar.span_arc(move.arc, move.start, move.end)
+    if near < polar.CORE * (1. - polar.SAME):
+        near = polar.CORE / math.pi     # half round within the core
     if near * BED_SPEED < math.sqrt(move.vmax2) and not move.filament_alone:
         move.limit(near * BED_SPEED, move.a)
 

@@ -27,7 +27,8 @@ class Snapshot:
 class PrinterRun:
     """Boots a printer, runs parts of G-code, notes what the pins did.
 
-    A part is G-code text, or a Path to a file for the virtual SD card.
+    A part is G-code text, a Path to a file for the virtual SD card, or a
+    function of the Printer.
     """
 
     def __init__(self, config, folder, seed=1):
@@ -84,12 +85,15 @@ class PrinterRun:
                 self._note_rest()
             self.steps = self.machine.take_steps()
             self._end(None)
-        except PrinterError as e:
+        except Exception as e:
+            # also what a part asserts: run() raises it
             self._end(e)
 
     def _run_part(self, gcode, part):
         if isinstance(part, pathlib.Path):
             self._print_file(gcode, part)
+        elif callable(part):
+            part(self.printer)
         else:
             gcode.run_script(part)
         self.printer.lookup_object("toolhead").wait_moves()

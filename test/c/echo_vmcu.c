@@ -12,6 +12,8 @@
  *   8 pin value max      hardware pwm
  *   9                    answer 9 log_count clock_low clock_high boots
  *  10 late               claim a late timer
+ *  11 bus a b            exchange two bytes over SPI, answer 11 a b
+ *  12 bus addr reg       write a byte, read two over I2C: 12 error a b
  */
 #include <stdlib.h>
 #include <string.h>
@@ -72,6 +74,24 @@ write_pin(uint32_t pin, uint32_t level)
 }
 
 static void
+exchange_spi(uint32_t bus, uint32_t first, uint32_t second)
+{
+    uint8_t buf[] = { (uint8_t)first, (uint8_t)second };
+
+    host->spi(host->ctx, now, bus, buf, 2);
+    answer((uint32_t[]) { 11, buf[0], buf[1] }, 3, NULL, 0);
+}
+
+static void
+exchange_i2c(uint32_t bus, uint32_t addr, uint32_t reg)
+{
+    uint8_t wr[] = { (uint8_t)reg }, rd[2];
+    int32_t error = host->i2c(host->ctx, now, bus, (uint8_t)addr, wr, 1, rd, 2);
+
+    answer((uint32_t[]) { 12, !!error, rd[0], rd[1] }, 4, NULL, 0);
+}
+
+static void
 run_command(const uint32_t *a)
 {
     switch (a[0]) {
@@ -108,6 +128,12 @@ run_command(const uint32_t *a)
     case 10:
         host->late(host->ctx, now, a[1]);
         break;
+    case 11:
+        exchange_spi(a[1], a[2], a[3]);
+        break;
+    case 12:
+        exchange_i2c(a[1], a[2], a[3]);
+        break;
     }
 }
 
@@ -125,7 +151,8 @@ append_log(const uint8_t *p)
 static void
 run_payload(const uint8_t *p, const uint8_t *end)
 {
-    static const uint8_t n_args[] = { 0, 0, 1, 2, 3, 2, 1, 0, 3, 0, 1 };
+    static const uint8_t n_args[] = { 0, 0, 1, 2, 3, 2, 1, 0, 3, 0, 1,
+                                      3, 3 };
 
     while (p < end) {
         uint32_t a[4] = { *p++ };

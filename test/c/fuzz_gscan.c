@@ -51,7 +51,7 @@ LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     /* exact copies, so that the sanitizer sees any read outside */
     char *line = malloc(size ? size : 1);
     char *text = malloc(size + 1);
-    struct gscan found;
+    struct gscan found = { .mask = 0 };
     if (!line || !text)
         abort();
     memcpy(line, data, size);
@@ -62,6 +62,8 @@ LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         fail("a wrong line length");
     if (gscan_line(line, size, &found))
         check_values(text, &found);
+    if (found.mask && gscan_check(&found))
+        fail("values that are no numbers");
     free(text);
     free(line);
     return 0;

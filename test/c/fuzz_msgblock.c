@@ -72,7 +72,8 @@ receive(const uint8_t *data, size_t size)
     struct cmdqueue *cq;
     struct qfifo batch = { NULL, NULL };
 
-    sqcore_init(&core);
+    if (sqcore_init(&core))
+        abort();
     cq = cmdsched_add_queue(&core.sched);
     for (int i = 0; i < 20; i++) {
         struct qmsg *m = qmsg_new();

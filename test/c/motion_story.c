@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * A short print through the whole motion core, on a linear machine, a delta
- * and an extruder, with homing in between.  Usage: motion_story [first last]:
- * with numbers it is told again and again, and the N-th allocation fails.
+ * and an extruder, with homing in between, in one thread and in several:
+ * messages are the same.  Usage: motion_story [step]: with a number it is told
+ * again and again, and the N-th allocation fails.
  * Built with malloc, calloc and realloc wrapped.
  */
 #include <errno.h>
@@ -10,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "failing_memory.h"
 #include "kin_delta.h"
 #include "kin_deltesian.h"
 #include "kin_extruder.h"
@@ -24,53 +26,16 @@ enum { STEPPERS = 10, MOVES = 300, MOVE_COUNT = 20 };
 
 #define FREQ 16e6
 
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t n, size_t size);
-void *__real_realloc(void *p, size_t size);
-
-static long n_allocs, failing = -1;
-
-static int
-is_failing(void)
-{
-    return ++n_allocs == failing;
-}
-
-void *
-__wrap_malloc(size_t size)
-{
-    return is_failing() ? NULL : __real_malloc(size);
-}
-
-void *
-__wrap_calloc(size_t n, size_t size)
-{
-    return is_failing() ? NULL : __real_calloc(n, size);
-}
-
-void *
-__wrap_realloc(void *p, size_t size)
-{
-    return is_failing() ? NULL : __real_realloc(p, size);
-}
-
-static void
-expect(int is_true, const char *what)
-{
-    if (is_true)
-        return;
-    fprintf(stderr, "allocation %ld failed, then not: %s\n", failing, what);
-    exit(1);
-}
-
 struct machine {
     struct trapq *tq;
     struct shaper_path *paths[STEPPERS];
     struct stepcompress *sc[STEPPERS];
     struct itersolve *is[STEPPERS];
     struct steppersync *ss;
+    struct steppool *pool;
+    int n_threads;              /* of the pool; negative: there is none */
     double time, position[3];
-    uint64_t messages;
+    uint64_t messages, hash;
 };
 
 static void
@@ -81,6 +46,9 @@ count_messages(void *ctx, struct qfifo *batch)
 
     while ((msg = qfifo_pop(batch)) != NULL) {
         m->messages++;
+        for (int i = 0; i < msg->len; i++)
+            m->hash = (m->hash ^ msg->data[i]) * UINT64_C(0x100000001b3);
+        m->hash ^= msg->req_clock ^ msg->min_clock << 20;
         qmsg_free(msg);
     }
 }
@@ -111,7 +79,7 @@ make_kinematics(struct machine *m)
     m->is[9] = j ? &j->is : NULL;
 }
 
-/* Shape some of them; one by a kernel. */
+/* Shape some of them; one by a kernel, and the filament, too. */
 static int
 shape(struct machine *m)
 {
@@ -122,8 +90,10 @@ shape(struct machine *m)
     const struct shaper_axis kernel = {
         .n_coeffs = 3, .coeffs = { .75, 0., -.75 }, .half = .012,
     };
+    static const int shaped[] = { 0, 1, 2, 7 };
 
-    for (int i = 0; i < 3; i++) {
+    for (int k = 0; k < 4; k++) {
+        int i = shaped[k];
         m->paths[i] = shaper_path_new();
         if (!m->paths[i])
             return -ENOMEM;
@@ -134,6 +104,8 @@ shape(struct machine *m)
         expect(!shaper_path_check(m->paths[i]), "shaper holds");
         shaper_attach(m->is[i], m->paths[i]);
     }
+    kin_extruder_set_shaper((struct kin_extruder *)m->is[4], m->paths[1],
+                            m->tq);
     return 0;
 }
 
@@ -144,10 +116,11 @@ build(struct machine *m)
     struct qsink sink = { m, count_messages };
     struct stepcompress_options options = { 400, 5, 6, 0 };
 
+    m->pool = m->n_threads < 0 ? NULL : steppool_new(m->n_threads);
     m->tq = trapq_new();
     m->ss = steppersync_new(&sink, MOVE_COUNT);
     make_kinematics(m);
-    if (!m->tq || !m->ss)
+    if (!m->tq || !m->ss || (m->n_threads >= 0 && !m->pool))
         return -ENOMEM;
     steppersync_set_time(m->ss, 0., FREQ);
     for (int i = 0; i < STEPPERS; i++) {
@@ -167,6 +140,7 @@ build(struct machine *m)
 static void
 destroy(struct machine *m)
 {
+    steppool_delete(m->pool);
     steppersync_delete(m->ss);
     for (int i = 0; i < STEPPERS; i++) {
         stepcompress_delete(m->sc[i]);
@@ -194,22 +168,43 @@ add_move(struct machine *m, int i)
         .start_v = .5 * v, .cruise_v = v, .accel = accel,
     };
     double way = v * move.cruise_t + 1.5 * v * move.accel_t;
+    struct trapseg path = { .turn = i % 15 ? 0. : .02 * sin(5. * i), .normal = 2 };
     int ret;
 
+    if (i % 45 == 0)
+        path.normal = (uint32_t)i % 2;
+    move.turn = path.turn;
+    move.normal = path.normal;
     for (int k = 0; k < 3; k++) {
-        move.start[k] = m->position[k];
-        m->position[k] += way * move.axes_r[k];
+        path.start[k] = move.start[k] = m->position[k];
+        path.axes_r[k] = move.axes_r[k];
     }
+    trapseg_get_place(&path, way, m->position);
     ret = trapq_add(m->tq, m->time + (i % 7 ? 0. : .05), &move);
     m->time = m->tq->end_time;
     return ret;
 }
 
+/* By the threads of a pool, if there is one; meanwhile nothing is touched. */
+static int
+generate(struct machine *m, double until, uint64_t clock)
+{
+    int ret;
+
+    if (!m->pool)
+        return steppersync_generate(m->ss, until);
+    ret = steppersync_start(m->ss, m->pool, until, clock);
+    steppool_start(m->pool);
+    for (volatile int i = 0; i < 1000; i++)
+        ;
+    return ret ? ret : steppersync_finish(m->ss);
+}
+
 static int
 make_steps(struct machine *m, double until)
 {
-    int ret = steppersync_generate(m->ss, until);
     uint64_t clock = (uint64_t)(until * FREQ);
+    int ret = generate(m, until, clock);
 
     if (!ret)
         ret = steppersync_flush(m->ss, clock,
@@ -279,9 +274,11 @@ look_back(const struct machine *m)
 }
 
 static int
-tell(uint64_t *messages)
+tell(uint64_t *messages, uint64_t *hash, int n_threads)
 {
-    struct machine m = { .position = { 1., 2., 3. }, .time = .5 };
+    struct machine m = {
+        .position = { 1., 2., 3. }, .time = .5, .n_threads = n_threads,
+    };
     int ret = build(&m);
 
     ret = ret ? ret : print_moves(&m);
@@ -290,6 +287,7 @@ tell(uint64_t *messages)
     if (!ret)
         expect(look_back(&m) > 8, "there is a history");
     *messages = m.messages;
+    *hash = m.hash;
     destroy(&m);
     return ret;
 }
@@ -297,10 +295,15 @@ tell(uint64_t *messages)
 int
 main(int argc, char **argv)
 {
-    uint64_t whole, part;
+    uint64_t whole, part, hash, other;
     long total, told = 0, step = argc > 1 ? atol(argv[1]) : 0;
 
-    expect(!tell(&whole), "no error");
+    expect(!tell(&whole, &hash, -1), "no error");
+    for (int n = 0; n < 4; n++) {
+        n_allocs = 0;
+        expect(!tell(&part, &other, n), "no error with threads");
+        expect(part == whole && other == hash, "messages are the same");
+    }
     total = n_allocs;
     for (failing = 1; step && failing <= total; failing++) {
         int ret;
@@ -308,7 +311,7 @@ main(int argc, char **argv)
         if (failing > 200 && failing % step)
             continue;
         n_allocs = 0;
-        ret = tell(&part);
+        ret = tell(&part, &other, failing % 5 ? -1 : 2);
         expect(ret == -ENOMEM || (!ret && part == whole), "out of memory");
         expect(part <= whole, "no more messages than in the whole story");
         told++;

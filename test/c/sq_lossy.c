@@ -171,7 +171,7 @@ init_run(struct run *r, uint64_t seed)
     memset(r, 0, sizeof(*r));
     r->rng = seed;
     rate = 0.01 * vrandom_unit(&r->rng);
-    sqcore_init(&r->core);
+    check(!sqcore_init(&r->core), "no memory", r);
     vlink_init(&r->link, 250000., 0.001 * vrandom_unit(&r->rng), seed,
                &r->now);
     vlink_set_faults(&r->link, &(struct vlink_faults) {

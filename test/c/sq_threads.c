@@ -187,7 +187,11 @@ main(void)
     }
     for (int i = 0; i < N_LINKS; i++)
         join_workers(&links[i]);
+    if (trdispatch_check(td))
+        return 1;
     trdispatch_disarm(td);
+    if (trdispatch_check(td))
+        return 1;
     for (int i = 0; i < N_LINKS; i++)
         close_link(&links[i]);
     trdispatch_free(td);

@@ -2,6 +2,7 @@
 """The I/O half of the host's C core alone, under sanitizers and a fuzzer."""
 
 import pathlib
+import re
 import subprocess
 
 import pytest
@@ -13,6 +14,7 @@ WORLD = ["hostclock", "serialqueue", "sqvirtual", "vlink", "vmcu", "vtrace", "vw
 THREADED = ["hostclock", "realtime", "serialqueue", "sqthread", "trdispatch"]
 FLAGS = ["-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Wshadow", "-Wconversion",
          "-Wno-sign-conversion", "-Werror", "-fno-omit-frame-pointer"]
+WRAP = ["-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=strdup"]
 MEMORY = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 
@@ -45,11 +47,32 @@ def test_threads_of_the_queue(tmp_path, flags):
     assert "link 1: 800 logged, 800 acked, 1 triggers" in output
 
 
-def test_world_from_birth_to_death(tmp_path):
-    toy = tmp_path / "toy.so"
+def make_toy(folder):
+    toy = folder / "toy.so"
     subprocess.run(["cc", "-std=gnu11", "-g", "-fPIC", "-shared", "-I", str(CSRC),
                     "-o", str(toy), str(ROOT / "test/c/echo_vmcu.c"),
                     str(CSRC / "msgblock.c")], check=True)
+    return toy
+
+
+def test_world_from_birth_to_death(tmp_path):
     program = compile_test(tmp_path, "vworld_story.c", CORE + WORLD,
                            [*MEMORY, "-ldl"])
-    assert "3 mcus" in run(program, str(toy))
+    assert "3 mcus" in run(program, str(make_toy(tmp_path)))
+
+
+def test_every_allocation_that_fails(tmp_path):
+    """Who asked is told, or what was lost is sent again; nothing leaks."""
+    program = compile_test(tmp_path, "io_memory.c", [*CORE, *WORLD, "trdispatch"],
+                           [*MEMORY, *WRAP, "-ldl"])
+    output = run(program, str(make_toy(tmp_path)), "1")
+    allocations, failed, refused = map(int, re.findall(r"\d+", output))
+    assert failed == allocations > 50 and refused > 10
+
+
+def test_every_allocation_of_descriptors_that_fails(tmp_path):
+    """The thread on a descriptor and the file: refused, or the loss is told once."""
+    program = compile_test(tmp_path, "sq_memory.c", [*CORE, *THREADED, "sqfile"],
+                           [*MEMORY, *WRAP])
+    allocations, refused, told = map(int, re.findall(r"\d+", run(program)))
+    assert allocations == refused + told and refused > 10 and told >= 16

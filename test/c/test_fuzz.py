@@ -11,6 +11,7 @@ import subprocess
 import sys
 
 import pytest
+from own_memory import own_memory
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CSRC = ROOT / "klippy_ext" / "csrc"
@@ -25,8 +26,9 @@ C_TARGETS = {
 def run_fuzzer(command, folder, max_len):
     """Run a libFuzzer for its share of the time; it must find nothing."""
     result = subprocess.run(
-        [*command, "-max_total_time=%d" % (SECONDS,), "-max_len=%d" % (max_len,),
-         "-seed=1"], cwd=folder, capture_output=True, text=True, check=False,
+        own_memory([*command, "-max_total_time=%d" % (SECONDS,),
+                    "-max_len=%d" % (max_len,), "-seed=1"]),
+        cwd=folder, capture_output=True, text=True, check=False,
         env=dict(os.environ, PYTHONPATH=str(ROOT), KLIPPY_PURE="1"))
     report = result.stderr[-4000:]
     assert result.returncode == 0, report

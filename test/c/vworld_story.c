@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "clockest.h"
 #include "serialqueue.h"
 #include "vworld.h"
 
@@ -72,6 +73,7 @@ pull_all(struct side *s)
         qmsg_free(m);
     }
     check(!serialqueue_check(s->sq), "queue is inconsistent");
+    check(!vmcu_check(s->mcu), "mcu is inconsistent");
 }
 
 static void
@@ -82,6 +84,38 @@ run_until(struct vworld *w, struct side *sides, double limit)
         for (int i = 0; i < N_MCUS; i++)
             pull_all(&sides[i]);
     }
+}
+
+/* Checks tell what is broken: each number here is put back. */
+static void
+break_things(struct vworld *w, struct side *s)
+{
+    struct vmcu *m = s->mcu;
+    struct hostclock *clock = vworld_get_clock(w);
+    struct hostclock kept = *clock;
+    struct clockest estimate = { 1e6, 1., 5, 5 };
+    double rate = m->rate, latency = m->link.latency;
+
+    m->rate = 0.;
+    check(vworld_check(w) && vmcu_check(m), "an mcu without a clock");
+    m->rate = rate;
+    m->link.latency = -1.;
+    check(vlink_check(&m->link) && vworld_check(w), "a link into the past");
+    m->link.latency = latency;
+    s->step->position++;
+    check(vpins_check(&m->pins) && vworld_check(w), "a step not counted");
+    s->step->position--;
+    s->output->fraction = 1.5;
+    check(vpins_check(&m->pins), "an output on for more than always");
+    s->output->fraction = 0.;
+    clock->read = NULL;
+    check(hostclock_check(clock) && vworld_check(w), "a clock without time");
+    *clock = kept;
+    check(!hostclock_check(hostclock_get_real()), "the real clock");
+    check(!clockest_check(&estimate), "an estimate");
+    estimate.freq = -1.;
+    check(clockest_check(&estimate), "an estimate that runs back");
+    check(!vworld_check(w), "all is put back");
 }
 
 int
@@ -105,6 +139,7 @@ main(int argc, char **argv)
         for (int i = 0; i < N_MCUS; i++)
             send_round(&sides[i], round);
         run_until(w, sides, vworld_get_now(w) + 0.004);
+        check(!vworld_check(w), "world is inconsistent");
     }
     run_until(w, sides, vworld_get_now(w) + 60.);
     for (int i = 0; i < N_MCUS; i++) {
@@ -112,6 +147,8 @@ main(int argc, char **argv)
         check(sides[i].step->position < -100, "no steps");
         check(!vmcu_reset(sides[i].mcu, vworld_get_now(w)), "no reset");
     }
+    check(!vworld_check(w), "world is inconsistent after resets");
+    break_things(w, &sides[0]);
     printf("%d mcus, %.1f s\n", N_MCUS, vworld_get_now(w));
     for (int i = 0; i < N_MCUS; i++)
         serialqueue_free(sides[i].sq);

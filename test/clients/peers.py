@@ -15,7 +15,9 @@ import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PATIENCE = 30.          # s, real: these programs know no other time
+# s, real: these programs know no other time.  Only a failure waits that long, so
+# that it may be much longer than any machine needs
+PATIENCE = 180.
 POLL_PERIOD = 0.05
 TEXT_FRAME, CLOSE_FRAME, PING_FRAME = 1, 8, 9
 
@@ -65,7 +67,7 @@ class Process:
         if self.popen.poll() is None:
             self.popen.send_signal(signal.SIGTERM)
         try:
-            return self.popen.wait(10)
+            return self.popen.wait(PATIENCE)
         except subprocess.TimeoutExpired:
             self.popen.kill()
             return self.popen.wait()
@@ -82,6 +84,26 @@ class Daemon(Process):
             "--speed", speed, "-a", self.socket_path, "-I", self.tty_path,
             "-l", self.log_path], folder)
         wait_for("API socket", lambda: self.check() and self.socket_path.exists())
+
+    def read_state(self):
+        """What the API's info tells of the printer now: ready, startup, ...
+
+        "gone" if the printer ends meanwhile, as before a restart.
+        """
+        data = b""
+        with socket.socket(socket.AF_UNIX) as sock:
+            sock.settimeout(PATIENCE)
+            try:
+                sock.connect(str(self.socket_path))
+                sock.sendall(b'{"id": 1, "method": "info"}\x03')
+                while not data.endswith(b"\x03"):
+                    more = sock.recv(65536)
+                    if not more:
+                        return "gone"
+                    data += more
+            except (ConnectionError, FileNotFoundError):
+                return "gone"
+        return json.loads(data[:-1])["result"]["state"]
 
 
 class Web:
@@ -105,7 +127,8 @@ class Web:
             "POST", path, body, "multipart/form-data; boundary=" + mark))
 
     def _send(self, verb, path, body, kind):
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port,
+                                                timeout=PATIENCE)
         try:
             connection.request(verb, path, body,
                                {"Content-Type": kind, **self.headers})
@@ -174,9 +197,10 @@ class WebSocket:
 
     def wait_notice(self, condition):
         """Notices (method, params) up to the one that condition(method, params)
-        holds for; they are taken."""
-        checked = 0
+        holds for; they are taken.  Others that come do not make it wait longer."""
+        checked, deadline = 0, time.monotonic() + PATIENCE
         while True:
+            assert time.monotonic() < deadline, "the notice did not come"
             for number in range(checked, len(self.notices)):
                 if condition(*self.notices[number]):
                     taken = self.notices[:number + 1]

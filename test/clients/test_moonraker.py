@@ -64,7 +64,7 @@ class Moonraker(peers.Process):
 
     def wait_job(self, state):
         peers.wait_for("job that is " + state, lambda: self.query("print_stats")[
-            "state"] == state, 60)
+            "state"] == state)
 
 
 @pytest.fixture(scope="module")
@@ -133,7 +133,7 @@ def test_prints_pauses_resumes_and_leaves_an_object_out(moonraker, data_folder):
     moonraker.web.post("/printer/print/start", filename="part.gcode")
     moonraker.wait_job("printing")
     peers.wait_for("first part", lambda: moonraker.query("exclude_object")[
-        "current_object"] == "PART_A", 60)
+        "current_object"] == "PART_A")
     moonraker.web.post("/printer/print/pause")
     moonraker.wait_job("paused")
     assert moonraker.query("pause_resume")["is_paused"]

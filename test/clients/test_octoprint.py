@@ -47,7 +47,7 @@ class OctoPrint(peers.Process):
             "--basedir", self.base], folder)
         self.web = peers.Web(port, {"X-Api-Key": API_KEY})
         peers.wait_for("OctoPrint", lambda: self.check()
-                       and self.web.is_up("/api/version"), 60)
+                       and self.web.is_up("/api/version"))
 
     def wait_state(self, text, patience=peers.PATIENCE):
         """Wait until the printer is seen in a state."""
@@ -80,9 +80,9 @@ def test_connects_and_reads_temperatures(octoprint):
 def test_prints_a_whole_file(octoprint):
     octoprint.web.post("/api/files/local/part.gcode", command="select", print=True)
     octoprint.wait_state("Printing")
-    octoprint.wait_state("Operational", 70)
-    progress = octoprint.web.get("/api/job")["progress"]
-    assert progress["completion"] == 100.
+    octoprint.wait_state("Operational")
+    peers.wait_for("progress of 100 %", lambda: octoprint.web.get("/api/job")[
+        "progress"]["completion"] == 100.)
     octoprint.web.post("/api/printer/command", commands=["M114"])
     position = peers.wait_for("position", lambda: re.search(
         r"Recv: .*X:(\S+) Y:(\S+) Z:(\S+) E:", octoprint.talk))
@@ -110,7 +110,11 @@ def test_emergency_stop_and_recovery(octoprint, daemon):
     octoprint.wait_state("Operational")
     octoprint.web.post("/api/printer/command", commands=["FIRMWARE_RESTART"])
     peers.wait_for("restart", lambda: daemon.log_path.read_text().count(
-        "configured, ") == 2)
+        "configured, ") == 2 and daemon.read_state() == "ready")
     octoprint.web.post("/api/printer/command",
                        commands=["G28 X", "G1 X12 F6000", "M114"])
-    peers.wait_for("position", lambda: "Recv: X:12.000" in octoprint.talk)
+    try:
+        peers.wait_for("position", lambda: "Recv: X:12.000" in octoprint.talk)
+    except AssertionError as error:
+        raise AssertionError("%s; the talk ends:\n%s" % (
+            error, octoprint.talk[-2000:])) from None

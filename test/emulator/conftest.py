@@ -4,4 +4,15 @@
 import pathlib
 import sys
 
+import pytest
+import simavr_chip
+
 sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "klippy"))
+
+
+@pytest.fixture(scope="module")
+def atmega2560(tmp_path_factory):
+    """(adapter, elf) of the largest AVR chip."""
+    folder = tmp_path_factory.mktemp("simavr")
+    return (simavr_chip.build_adapter(folder),
+            simavr_chip.build_firmware(folder, "atmega2560"))

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An emulated AVR chip, driven by hand over its real console."""
 
+import ctypes
 import pathlib
 import sys
 
@@ -32,6 +33,19 @@ class AvrBoard(SimBoard):
     def read_stack(self, kept):
         """Bytes of stack, of those that are kept for it, in use at most."""
         return self.library.simavr_stack_used(kept)
+
+    def read_stats(self):
+        """(cycles awake,) since power came on."""
+        self.library.simavr_read_awake.restype = ctypes.c_uint64
+        return (self.library.simavr_read_awake(),)
+
+    def read_delays(self):
+        """Cycles with interrupts off outside of any, cycles in one interrupt: the
+        longest since the last call.  From the first one on the chip is watched,
+        which makes it slow here."""
+        delays = (ctypes.c_uint64 * 2)()
+        self.library.simavr_read_delays(delays)
+        return tuple(delays)
 
 
 def find_pin(board, name):

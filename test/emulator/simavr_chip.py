@@ -8,7 +8,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HEADER = "/usr/include/simavr/sim_avr.h"
-SOURCES = ["simavr_vmcu.c", "simavr_bus.c", "simavr_usb.c"]
+SOURCES = ["simavr_vmcu.c", "simavr_bus.c", "simavr_usb.c",
+           "simavr_meter.c"]
 
 
 def list_pins(port, bits):

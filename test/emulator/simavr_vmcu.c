@@ -7,9 +7,10 @@
  * the environment when power comes on: SIMAVR_ELF, SIMAVR_MCU and SIMAVR_HZ.
  * Facts about libsimavr 1.6 are made good here: it takes no interrupt inside
  * `sei; nop; cli`, charges no cycles for entering one, takes no voltage for the
- * channels 8 to 15, receives bytes of 11 bits, and overlooks a compare value
- * just behind an overflow.  One is not: any write to
- * TIFRn clears all its flags.
+ * channels 8 to 15, receives bytes of 11 bits and
+ * up to 64 that are not read in time, overlooks a compare value just
+ * behind an overflow, clears all flags of TIFR1 when any is written to, and
+ * forgets one that is raised while its interrupt is not enabled.
  */
 #include <ctype.h>
 #include <stdio.h>
@@ -26,6 +27,7 @@
 #include <simavr/avr_uart.h>
 #include <simavr/avr_watchdog.h>
 
+#include "simavr_meter.h"
 #include "vmcu_abi.h"
 
 enum {
@@ -34,6 +36,7 @@ enum {
     RX_SIZE = 4096,
     SLICE_CYCLES = 1600,        /* a running cpu always has a next event */
     BITS_A_BYTE = 10,
+    RX_DEPTH = 3,               /* two bytes and one that is being shifted in */
     START_CYCLES = 100,         /* between the writes that start the timer */
     MAX_BOOT_CYCLES = 1000000,
     MEMORY_START = 0x200,       /* no chip has registers from here on */
@@ -57,12 +60,12 @@ struct chip {
     uint64_t base;              /* clock at cycle 0 */
     uint32_t byte_cycles, entry_cycles;
     uint8_t level[N_PINS];
-    uint64_t next_rx;
     uint32_t rx_head, rx_tail;
     uint8_t rx[RX_SIZE];
-    avr_irq_t *uart_in;
     avr_adc_t *adc;
     avr_uart_t *uart;
+    uint32_t n_waiting;         /* bytes that the chip has received */
+    uint8_t waiting[RX_DEPTH];
     avr_timer_t *timer;         /* timer 1 */
     uint64_t turn;              /* cycle at which it last was 0 */
     int has_usb;
@@ -144,8 +147,11 @@ on_interrupt(avr_irq_t *irq, uint32_t value, void *param)
 {
     (void)irq;
     (void)param;
-    if (value)
-        chip.avr->cycle += chip.entry_cycles;
+    /* Also called on the way back to an interrupt that was interrupted. */
+    if (!value || chip.avr->pc != value * chip.avr->vector_size)
+        return;
+    simavr_meter_enter();
+    chip.avr->cycle += chip.entry_cycles;
 }
 
 /* Time passes in cycles here, never on the host. */
@@ -153,21 +159,44 @@ static void
 no_sleep(avr_t *avr, avr_cycle_count_t cycles)
 {
     (void)avr;
-    (void)cycles;
+    simavr_meter_sleep(cycles + 1);
 }
 
 /*
  * What the surroundings do to the chip
  */
 
-static void
-feed_uart(void)
+/* A byte has come.  What finds no room in the chip is lost. */
+static avr_cycle_count_t
+on_byte(avr_t *avr, avr_cycle_count_t when, void *param)
 {
-    if (chip.rx_head == chip.rx_tail || now() < chip.next_rx)
-        return;
+    uint8_t data = chip.rx[chip.rx_tail++ % RX_SIZE];
+
+    (void)param;
     chip.uart->cycles_per_byte = chip.byte_cycles;
-    avr_raise_irq(chip.uart_in, chip.rx[chip.rx_tail++ % RX_SIZE]);
-    chip.next_rx = now() + chip.byte_cycles;
+    if (chip.n_waiting < RX_DEPTH && avr_regbit_get(avr, chip.uart->rxen)) {
+        chip.waiting[chip.n_waiting++] = data;
+        avr_raise_interrupt(avr, &chip.uart->rxc);
+    }
+    return chip.rx_head == chip.rx_tail ? 0 : when + chip.byte_cycles;
+}
+
+/* A byte that is read is no longer flagged, the next one is. */
+static uint8_t
+read_uart(avr_t *avr, avr_io_addr_t addr, void *param)
+{
+    avr_int_vector_t *flag = &chip.uart->rxc;
+
+    (void)param;
+    if (!chip.n_waiting)
+        return avr->data[addr];
+    avr->data[addr] = chip.waiting[0];
+    memmove(chip.waiting, chip.waiting + 1, --chip.n_waiting);
+    avr_clear_interrupt(avr, flag);
+    avr_regbit_clear(avr, flag->raised);
+    if (chip.n_waiting)
+        avr_raise_interrupt(avr, flag);
+    return avr->data[addr];
 }
 
 /* The program reads a port: what drives its inputs is looked at now. */
@@ -268,11 +297,61 @@ connect_uart(avr_t *avr)
     FIND_NAMED(avr_uart_t, chip.uart, "uart", name);
     if (!chip.uart)
         return;
-    chip.uart_in = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ(name),
-                                 UART_IRQ_INPUT);
+    avr->io[AVR_DATA_TO_IO(chip.uart->r_udr)].r.c = read_uart;
     avr_irq_register_notify(
         avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ(name), UART_IRQ_OUTPUT),
         on_uart_out, NULL);
+}
+
+static avr_int_vector_t *
+get_flag(uint32_t number)
+{
+    return number < AVR_TIMER_COMP_COUNT ? &chip.timer->comp[number].interrupt
+        : &chip.timer->overflow;
+}
+
+/* Flags of timer 1: those that are written as 1 are cleared. */
+static void
+write_flags(avr_t *avr, avr_io_addr_t addr, uint8_t value, void *param)
+{
+    uint32_t i;
+
+    (void)param;
+    for (i = 0; i <= AVR_TIMER_COMP_COUNT; i++) {
+        avr_int_vector_t *flag = get_flag(i);
+
+        if (flag->raised.reg == addr && value & (1u << flag->raised.bit))
+            avr_clear_interrupt(avr, flag);
+    }
+}
+
+/* Interrupts of timer 1: one that is enabled while its flag is set, comes. */
+static void
+write_mask(avr_t *avr, avr_io_addr_t addr, uint8_t value, void *param)
+{
+    uint32_t i;
+
+    (void)param;
+    avr->data[addr] = value;
+    for (i = 0; i <= AVR_TIMER_COMP_COUNT; i++) {
+        avr_int_vector_t *flag = get_flag(i);
+
+        if (flag->enable.reg == addr && value & (1u << flag->enable.bit)
+            && avr_regbit_get(avr, flag->raised) && !flag->pending)
+            avr_raise_interrupt(avr, flag);
+    }
+}
+
+static void
+connect_timer(avr_t *avr)
+{
+    avr_io_addr_t flags, mask;
+
+    FIND_NAMED(avr_timer_t, chip.timer, "timer", '1');
+    flags = chip.timer->overflow.raised.reg;
+    mask = chip.timer->overflow.enable.reg;
+    avr->io[AVR_DATA_TO_IO(flags)].w.c = write_flags;
+    avr->io[AVR_DATA_TO_IO(mask)].w.c = write_mask;
 }
 
 /* Power came on so long ago that the program's clock agrees with the world's:
@@ -333,11 +412,12 @@ power_on(const struct vmcu_host *host, uint64_t clock)
     avr->vcc = avr->avcc = avr->aref = 5000;
     avr->log = LOG_ERROR;
     chip.avr = avr;
+    simavr_meter_connect(avr);
     chip.host = *host;
     chip.byte_cycles = firmware.frequency * BITS_A_BYTE
         / env_number("SIMAVR_BAUD", 250000);
     chip.entry_cycles = avr->flashend > 0x1ffff ? 5 : 4;
-    FIND_NAMED(avr_timer_t, chip.timer, "timer", '1');
+    connect_timer(avr);
     connect_pins(avr);
     if (simavr_usb_connect)
         chip.has_usb = simavr_usb_connect(avr, host, now);
@@ -362,6 +442,8 @@ rx(uint64_t clock, const uint8_t *buf, uint32_t len)
         return simavr_usb_rx(buf, len);
     if (len > RX_SIZE - (chip.rx_head - chip.rx_tail))
         return 0;
+    if (chip.rx_head == chip.rx_tail)
+        avr_cycle_timer_register(chip.avr, chip.byte_cycles, on_byte, NULL);
     for (i = 0; i < len; i++)
         chip.rx[chip.rx_head++ % RX_SIZE] = buf[i];
     return 1;
@@ -373,12 +455,14 @@ static void
 raise_lost_compare(void)
 {
     avr_timer_t *timer = chip.timer;
+    uint32_t i;
 
     if (timer->tov_base == chip.turn)
         return;
     chip.turn = timer->tov_base;
-    if (timer->comp[AVR_TIMER_COMPA].comp_cycles < chip.avr->cycle - chip.turn)
-        avr_raise_interrupt(chip.avr, &timer->comp[AVR_TIMER_COMPA].interrupt);
+    for (i = 0; i < AVR_TIMER_COMP_COUNT; i++)
+        if (timer->comp[i].comp_cycles < chip.avr->cycle - chip.turn)
+            avr_raise_interrupt(chip.avr, &timer->comp[i].interrupt);
 }
 
 /* Bytes at the end of the memory that were in use at most, of `kept`: those
@@ -395,6 +479,17 @@ simavr_stack_used(uint32_t kept)
     return kept - i;
 }
 
+/* Cycles until something has to be looked at, at most. */
+static uint64_t
+limit_cycles(uint64_t until)
+{
+    uint64_t ahead = until - now();
+
+    if (simavr_meter_is_watching())
+        return 1;
+    return ahead < 100 ? ahead : 100;
+}
+
 static uint64_t
 run(uint64_t until)
 {
@@ -406,11 +501,11 @@ run(uint64_t until)
 
         if (chip.has_usb)
             simavr_usb_run();
-        else
-            feed_uart();
-        avr->run_cycle_limit = until - now() < 100 ? until - now() : 100;
+        avr->run_cycle_limit = limit_cycles(until);
         was = avr->interrupt_state;
         state = avr_run(avr);
+        if (simavr_meter_is_watching())
+            simavr_meter_look();
         raise_lost_compare();
         if (was == -1 && avr->interrupt_state > 0)
             avr_service_interrupts(avr);

@@ -8,6 +8,12 @@ clocks that were asked for.
 import firmware_matrix
 import pytest
 import unicorn_board
+from step_runs import (
+    assert_prompt,
+    assert_switch_stops,
+    expect_clocks,
+    start_steps,
+)
 from unicorn_board import UnicornBoard
 
 pytestmark = [pytest.mark.emulator,
@@ -55,30 +61,6 @@ def configure(board, step_pulse_ticks=0, invert=-1):
         ("config_analog_in", dict(oid=4, pin=pin(SENSOR))))
 
 
-def start_steps(board, interval, count, add=0):
-    """Queue one run; returns the clock from which it counts."""
-    origin = board.clock + board.freq // 20
-    board.send("reset_step_clock", oid=0, clock=origin % 2**32)
-    board.send("queue_step", oid=0, interval=interval, count=count, add=add)
-    return origin
-
-
-def expect_clocks(origin, interval, count, add=0):
-    clocks = []
-    for _ in range(count):
-        origin += interval
-        clocks.append(origin)
-        interval += add
-    return clocks
-
-
-def assert_prompt(edges, clocks):
-    """Each edge comes at its clock, or as late as its event takes."""
-    assert len(edges) == len(clocks)
-    late = [edge - clock for edge, clock in zip(edges, clocks, strict=True)]
-    assert -PROMPT <= min(late) and max(late) <= PROMPT, (min(late), max(late))
-
-
 @pytest.mark.parametrize("chip", CHIPS)
 def test_chip_from_reset_to_steps(chip, make_board):
     board = make_board(chip)
@@ -92,7 +74,7 @@ def test_chip_from_reset_to_steps(chip, make_board):
     origin = start_steps(board, board.freq // 5000, 50, add=-3)
     board.run_for(0.1)
     edges = [c for c, _ in board.list_edges(board.find_pin(STEP), origin)]
-    assert_prompt(edges, expect_clocks(origin, board.freq // 5000, 50, -3))
+    assert_prompt(edges, expect_clocks(origin, board.freq // 5000, 50, -3), PROMPT)
     assert board.query("stepper_get_position", "stepper_position",
                        oid=0)["pos"] == -50
     assert board.find_shutdown() is None
@@ -108,7 +90,7 @@ def test_pulses_keep_their_length(chip, make_board):
     edges = board.list_edges(board.find_pin(STEP), origin)
     rises = [c for c, level in edges if level]
     falls = [c for c, level in edges if not level]
-    assert_prompt(rises, expect_clocks(origin, board.freq // 20000, 40))
+    assert_prompt(rises, expect_clocks(origin, board.freq // 20000, 40), PROMPT)
     assert all(f - r >= pulse for r, f in zip(rises, falls, strict=True))
 
 
@@ -117,22 +99,7 @@ def test_pulses_keep_their_length(chip, make_board):
 def test_switch_stops_a_stepper(chip, make_board):
     board = make_board(chip)
     configure(board)
-    origin = start_steps(board, board.freq // 1000, 200)
-    hit = origin + board.freq // 10
-    board.inputs[board.find_pin(SWITCH)] = lambda clock: clock >= hit
-    board.send("trsync_start", oid=2, report_clock=0, report_ticks=0,
-               expire_reason=4)
-    board.send("stepper_stop_on_trigger", oid=0, trsync_oid=2)
-    board.send("endstop_home", oid=1, clock=(origin + 10) % 2**32,
-               sample_ticks=board.freq // 100000, sample_count=4,
-               rest_ticks=board.freq // 20000, pin_value=1, trsync_oid=2,
-               trigger_reason=1)
-    board.run_for(0.3)
-    states = board.list_messages("trsync_state")
-    assert states and states[-1]["trigger_reason"] == 1
-    steps = board.list_edges(board.find_pin(STEP), origin)
-    assert hit - steps[-1][0] < board.freq // 1000
-    assert steps[-1][0] < hit + board.freq // 10000
+    assert_switch_stops(board, SWITCH, STEP)
 
 
 @pytest.mark.parametrize("chip", CHIPS)
@@ -309,24 +276,31 @@ def test_console_on_other_pins(make_board, tmp_path):
     assert board.dictionary["config"]["RESERVE_PINS_serial"] == "PB4,PB3"
 
 
-@pytest.mark.parametrize("chip, single, burst", [
-    ("stm32f070", 115, 70), ("stm32f103", 75, 56), ("stm32f407", 75, 56)])
-def test_instructions_of_a_step(chip, single, burst, make_board):
-    """A step by itself, from entry to return; and in an endless row."""
+@pytest.mark.parametrize("chip, choice, pins", [
+    ("stm32g0b1", "USART5", "PD2,PD3"), ("stm32f401", "USART6", "PA12,PA11")])
+def test_console_on_more_usarts(chip, choice, pins, make_board, tmp_path):
+    out = firmware_matrix.build(
+        chip, ("STM32_SERIAL_%s=y" % (choice,), *SMALL), tmp_path / chip)
+    board = make_board(chip, out)
+    assert board.dictionary["config"]["RESERVE_PINS_serial"] == pins
+
+
+@pytest.mark.parametrize("chip, bus, pins, functions", [
+    ("stm32g0b1", "spi2_PB2_PB11_PB10", ["PB2", "PB11", "PB10"], [1, 0, 5]),
+    ("stm32g0b1", "spi2_PB6_PB7_PB8", ["PB6", "PB7", "PB8"], [4, 1, 1]),
+    ("stm32g431", "spi2_PA10_PA11_PF1", ["PA10", "PA11", "PF1"], [5, 5, 5]),
+    ("stm32f429", "spi6_PG12_PG14_PG13", ["PG12", "PG14", "PG13"], [5, 5, 5])])
+def test_pins_of_spi_buses(chip, bus, pins, functions, make_board):
     board = make_board(chip)
-    configure(board)
-    start_steps(board, board.freq // 2000, 400)
-    board.run_for(0.06)
-    _, irqs_before, single_before = board.read_stats()
-    board.run_for(0.1)
-    _, n_irqs, n_single = board.read_stats()
-    n_irqs, n_single = n_irqs - irqs_before, n_single - single_before
-    assert n_irqs >= 199
-    board.run_for(0.1)
-    begin = len(board.edges)
-    start_steps(board, burst, 60000)
-    board.run_for(0.1 + burst * 60000 / board.freq)
-    print("%s: %.1f instructions a step, at most %d in a row"
-          % (chip, n_single / n_irqs, burst))
-    assert n_single / n_irqs < single
-    assert len(board.edges) - begin == 60000 and board.find_shutdown() is None
+    number = board.dictionary["enumerations"]["spi_bus"][bus]
+    base = {"stm32f429": 0x40020000, "stm32g431": 0x48000000}.get(chip, 0x50000000)
+    assert board.dictionary["config"]["BUS_PINS_" + bus] == ",".join(pins)
+    board.configure(
+        ("config_spi", dict(oid=5, pin=board.find_pin("PB12"), cs_active_high=0)),
+        ("spi_set_bus", dict(oid=5, spi_bus=number, mode=0, rate=1000000)))
+    for pin, function in zip(pins, functions, strict=True):
+        index = board.find_pin(pin)
+        port, bit = base + 0x400 * (index // 16), index % 16
+        assert board.read_word(port) >> (2 * bit) & 3 == 2
+        assert board.read_word(port + 0x20 + bit // 8 * 4) >> (bit % 8 * 4) & 15 \
+            == function

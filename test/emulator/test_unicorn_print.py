@@ -23,15 +23,16 @@ def adapter(tmp_path_factory):
     return unicorn_board.build_adapter(tmp_path_factory.mktemp("unicorn"))
 
 
-def make_config(adapter):
+def make_config(adapter, pins):
     config = machine_configs.make_axes("cartesian", 0.04, machine_configs.BED)
-    for name, pin in PINS.items():
+    for name, pin in pins.items():
         config = config.replace(name, pin)
     return config + "\n[simulator]\nfirmware: %s\n" % (adapter,)
 
 
-def print_and_judge(folder, adapter, n_lines):
-    config = make_config(adapter)
+def print_and_judge(folder, adapter, n_lines, pins=PINS):
+    """Steps of each stepper, all of which were in time."""
+    config = make_config(adapter, pins)
     before, job = cut_sample("cube20.gcode", "cartesian", n_lines)
     path = folder / "job.gcode"
     path.write_text(job)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An STM32 with our firmware, emulated: in the virtual world, or by hand."""
+"""A Cortex-M chip with our firmware, emulated: in the virtual world, or by hand."""
 
 import ctypes
 import importlib.util
@@ -13,8 +13,20 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "test" / "emulator"
 SOURCES = ["unicorn_vmcu.c", "unicorn_core.c", "unicorn_rcc.c",
            "unicorn_periph.c", "unicorn_adc.c", "unicorn_spi.c", "unicorn_i2c.c",
-           "unicorn_timer.c",
-           "unicorn_models.c"]
+           "unicorn_timer.c", "unicorn_usbfs.c", "unicorn_otg.c", "unicorn_rom.c",
+           "unicorn_can.c", "unicorn_canhost.c", "unicorn_bxcan.c", "unicorn_mcan.c",
+           "unicorn_fdcan.c", "unicorn_sdio.c", "unicorn_models.c",
+           "unicorn_bus.c", "unicorn_lpc.c",
+           "unicorn_lpc_clock.c", "unicorn_lpc_pins.c", "unicorn_lpc_uart.c",
+           "unicorn_lpc_periph.c", "unicorn_lpc_buses.c", "unicorn_lpc_usb.c",
+           "unicorn_lpc_can.c",
+           "unicorn_sam.c", "unicorn_sam_clock.c", "unicorn_sam_pins.c",
+           "unicorn_sam_periph.c", "unicorn_sam_adc.c", "unicorn_sam_buses.c",
+           "unicorn_sam_udp.c", "unicorn_sam_usbhs.c", "unicorn_sam_can.c",
+           "unicorn_rp2040.c", "unicorn_rp2040_flash.c", "unicorn_rp2040_io.c",
+           "unicorn_rp2040_usb.c", "unicorn_usbhost.c",
+           "unicorn_samd.c", "unicorn_samd_io.c", "unicorn_samd_usb.c",
+           "unicorn_samd_can.c"]
 sys.path.append(str(ROOT / "test" / "firmware"))
 from simboard import SimBoard  # noqa: E402
 
@@ -50,7 +62,7 @@ def choose_chip(monkeypatch, out, chip, crystal=8000000):
     monkeypatch.setenv("UNICORN_ELF", str(out / "klipper.elf"))
     monkeypatch.setenv("UNICORN_CHIP", chip)
     monkeypatch.setenv("UNICORN_HZ", str(constants["CLOCK_FREQ"]))
-    monkeypatch.setenv("UNICORN_BAUD", str(constants["SERIAL_BAUD"]))
+    monkeypatch.setenv("UNICORN_BAUD", str(constants.get("SERIAL_BAUD", 0)))
     monkeypatch.setenv("UNICORN_HSE", str(crystal))
 
 
@@ -79,6 +91,19 @@ class UnicornBoard(SimBoard):
         stats = (ctypes.c_uint64 * 3)()
         self.library.unicorn_read_stats(stats)
         return tuple(stats)
+
+    def read_delays(self):
+        """Cycles with interrupts off, cycles in one interrupt, instructions of a
+        timer interrupt at least and at most: the extremes since the last call.
+        """
+        delays = (ctypes.c_uint64 * 4)()
+        self.library.unicorn_read_delays(delays, 1)
+        return tuple(delays)
+
+    def usb_text(self, index):
+        """A string of the USB device, as the host has read it."""
+        self.library.unicorn_usb_text.restype = ctypes.c_char_p
+        return self.library.unicorn_usb_text(index).decode()
 
     def read_word(self, addr):
         """A register, by the firmware's debug command."""

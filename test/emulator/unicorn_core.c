@@ -42,6 +42,57 @@ read_word(uint32_t addr)
 }
 
 /*
+ * How long interrupts wait
+ */
+
+enum { OPCODE_CPSID = 0xb672, OPCODE_CPSIE = 0xb662, OPCODE_MSR = 0xf380 };
+
+static void
+switch_irqs(bool on)
+{
+    if (!on && chip.off_since == NEVER)
+        chip.off_since = chip.cycle;
+    if (!on || chip.off_since == NEVER)
+        return;
+    if (chip.cycle - chip.off_since > chip.delays.off_cycles)
+        chip.delays.off_cycles = chip.cycle - chip.off_since;
+    chip.off_since = NEVER;
+}
+
+void
+core_note_mask(uint16_t opcode)
+{
+    if (opcode == OPCODE_CPSID || opcode == OPCODE_CPSIE)
+        switch_irqs(opcode == OPCODE_CPSIE);
+    else if ((opcode & 0xfff0) == OPCODE_MSR)
+        chip.has_set_mask = true;
+}
+
+void
+core_read_mask(void)
+{
+    chip.has_set_mask = false;
+    switch_irqs(!(read_reg(UC_ARM_REG_PRIMASK) & 1));
+}
+
+static void
+note_irq_end(void)
+{
+    struct delays *d = &chip.delays;
+    uint64_t cycles = chip.cycle - chip.irq_begin;
+    uint64_t size = chip.n_irq_instructions - chip.irq_first;
+
+    if (cycles > d->irq_cycles)
+        d->irq_cycles = cycles;
+    if (!chip.in_handler)
+        return;
+    if (size > d->max_timer)
+        d->max_timer = size;
+    if (!d->min_timer || size < d->min_timer)
+        d->min_timer = size;
+}
+
+/*
  * Interrupts
  */
 
@@ -64,6 +115,28 @@ core_set_pending(uint32_t vector, bool on)
         return;
     chip.pending[vector] = on;
     count_pending();
+}
+
+void
+core_set_level(uint32_t vector, bool on)
+{
+    if (chip.level[vector] != on)
+        chip.n_levels += on ? 1 : -1u;
+    chip.level[vector] = on;
+    core_set_pending(vector, on);
+}
+
+/* The handler has not silenced what called it. */
+static void
+repeat_levels(void)
+{
+    uint32_t i;
+
+    for (i = 16; chip.n_levels && i < N_VECTORS; i++)
+        if (chip.level[i])
+            chip.pending[i] = true;
+    if (chip.n_levels)
+        count_pending();
 }
 
 static bool
@@ -123,9 +196,13 @@ core_take_irq(void)
     write_reg(UC_ARM_REG_LR, EXC_RETURN);
     write_reg(UC_ARM_REG_XPSR, XPSR_THUMB | vector);
     write_reg(UC_ARM_REG_PC, entry);
+    chip.irq_begin = chip.cycle;
+    chip.irq_first = chip.n_irq_instructions;
     chip.cycle += ENTRY_CYCLES;
-    chip.n_timer_irqs += vector == VECTOR_SYSTICK;
-    chip.in_handler = vector == VECTOR_SYSTICK;
+    chip.in_handler = vector == (chip.model->family->timer_vector
+                                 ? chip.model->family->timer_vector
+                                 : VECTOR_SYSTICK);
+    chip.n_timer_irqs += chip.in_handler;
 }
 
 bool
@@ -147,7 +224,9 @@ core_end_irq(uint32_t pc)
     write_reg(UC_ARM_REG_XPSR, frame[7] & ~(0x1ffu | XPSR_ALIGNED));
     write_reg(UC_ARM_REG_SP, sp);
     write_reg(UC_ARM_REG_PC, frame[6] | 1);
+    repeat_levels();
     chip.check_irqs = chip.n_pending != 0;
+    note_irq_end();
     chip.in_handler = false;
     return true;
 }
@@ -262,6 +341,35 @@ write_systick_csr(uint32_t value)
 }
 
 static void
+write_region(uint32_t rasr)
+{
+    uint32_t size = 2u << (rasr >> 1 & 31);
+
+    if (rasr & 1 && (size < 32 || chip.mpu_rbar[chip.mpu_number] % size))
+        chip_fault("MPU region of %u bytes at 0x%08x", size,
+                   chip.mpu_rbar[chip.mpu_number]);
+    chip.mpu_rasr[chip.mpu_number] = rasr;
+}
+
+/* The last region that has the address counts; TEX, C, B: 001 0 0 is plain
+ * memory, not cached. */
+bool
+core_is_cached(uint32_t address)
+{
+    uint32_t i;
+
+    if (!(chip.ccr & 1u << 16))
+        return false;
+    for (i = 8; chip.mpu_ctrl & 1 && i-- > 0;) {
+        uint32_t rasr = chip.mpu_rasr[i], size = 2u << (rasr >> 1 & 31);
+
+        if (rasr & 1 && address - chip.mpu_rbar[i] < size)
+            return (rasr >> 16 & 0x3b) != 8;
+    }
+    return true;
+}
+
+static void
 write_system(uint32_t offset, uint32_t value)
 {
     switch (offset) {
@@ -291,6 +399,20 @@ write_system(uint32_t offset, uint32_t value)
         return;
     case 0xd14:
         chip.ccr = value;
+        return;
+    case 0xd94:
+        chip.mpu_ctrl = value;
+        if (value == 1)
+            chip_fault("MPU without the rest of the memory");
+        return;
+    case 0xd98:
+        chip.mpu_number = value & 7;
+        return;
+    case 0xd9c:
+        chip.mpu_rbar[chip.mpu_number] = value;
+        return;
+    case 0xda0:
+        write_region(value);
         return;
     case 0xdfc:
         chip.demcr = value;
@@ -360,8 +482,8 @@ core_map(uc_engine *uc)
 void
 core_reset(void)
 {
-    chip.systick_due = NEVER;
-    chip.vtor = 0x08000000;
+    chip.systick_due = chip.off_since = NEVER;
+    chip.vtor = chip.model->family->flash_base;
     memset(chip.pending, 0, sizeof(chip.pending));
     memset(chip.enabled, 0, sizeof(chip.enabled));
 }

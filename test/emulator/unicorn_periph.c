@@ -4,7 +4,9 @@
  */
 #include <string.h>
 
-#include "unicorn_chip.h"
+#include "unicorn_can.h"
+#include "unicorn_canhost.h"
+#include "unicorn_usbhost.h"
 
 #define PERIPH_BASE 0x40000000u
 #define PERIPH_SIZE 0x20000000u
@@ -242,18 +244,24 @@ usart_read(struct device *d, uint32_t word)
     }
 }
 
-bool
-periph_rx_busy(void)
+static uint64_t
+periph_rx_free_at(void)
 {
-    return !chip.console || chip.cycle < chip.console->next_rx;
+    if (chip.console)
+        return chip.console->next_rx;
+    return canhost_is_used() ? canhost_free_at() : usbhost_free_at();
 }
 
-void
+static void
 periph_rx(uint8_t byte)
 {
     struct device *d = chip.console;
-    uint64_t cycles = usart_byte_cycles(d);
+    uint64_t cycles = d ? usart_byte_cycles(d) : 0;
 
+    if (!d && canhost_is_used())
+        canhost_rx(byte);
+    else if (!d)
+        usbhost_rx(byte);
     if (!cycles)
         return;
     d->next_rx = chip.cycle + cycles;
@@ -299,19 +307,49 @@ iwdg_event(struct device *d)
 }
 
 /*
+ * Memory that outlives a reset: it can be written when PWR allows that
+ */
+
+static void
+write_backup(struct device *d, uint32_t word, uint32_t value)
+{
+    if (chip.pwr && chip.pwr->regs[0] & (1u << 8))
+        d->regs[word] = value;
+}
+
+/*
  * The bus
  */
+
+/* Bytes that a device covers, where the next one does not end it. */
+static uint32_t
+span_of(const struct device *d)
+{
+    if (d->info->kind == DEV_OTG)
+        return 0x40000;
+    if (d->info->kind == DEV_USB_MEMORY)
+        return 0x800;
+    return d->info->kind == DEV_FDCAN_RAM ? 0x2800 : MAX_REGS * 4;
+}
+
+/* Of these other widths than words may be accessed. */
+static bool
+is_narrow(const struct device *d)
+{
+    return d->info->kind == DEV_SPI || d->info->kind == DEV_USB_MEMORY;
+}
 
 static struct device *
 find_device(uint32_t addr)
 {
     struct device *found = NULL;
-    uint32_t i, nearest = MAX_REGS * 4;
+    uint32_t i, nearest = UINT32_MAX;
 
     for (i = 0; i < chip.n_devices; i++) {
         struct device *d = &chip.devices[i];
 
-        if (addr - d->info->base < nearest) {
+        if (addr - d->info->base < nearest
+            && addr - d->info->base < span_of(d)) {
             nearest = addr - d->info->base;
             found = d;
         }
@@ -331,7 +369,7 @@ bus_read(uc_engine *uc, uint64_t offset, unsigned size, void *param)
 
     (void)uc;
     (void)param;
-    if (!d || (size != 4 && d->info->kind != DEV_SPI))
+    if (!d || (size != 4 && !is_narrow(d)))
         return 0;
     word = (addr - d->info->base) / 4;
     switch ((enum device_kind)d->info->kind) {
@@ -352,8 +390,22 @@ bus_read(uc_engine *uc, uint64_t offset, unsigned size, void *param)
     case DEV_PWR:
         /* what was asked for is so at once: the flags are where the bits are */
         if (chip.model->line == LINE_H7)
-            return d->regs[word] | (word == 1 || word == 6 ? 1u << 13 : 0);
-        return word == 1 ? d->regs[0] & (3u << 16) : d->regs[word];
+            return d->regs[word] | (word == 1 || word == 6 ? 1u << 13 : 0)
+                | (word == 3 && d->regs[3] & (1u << 24) ? 1u << 26 : 0);
+        return word == 1 && chip.model->line == LINE_F2F4F7
+            ? d->regs[0] & (3u << 16) : d->regs[word];
+    case DEV_USB_MEMORY:
+        return usbfs_memory_read(addr - d->info->base, size);
+    case DEV_OTG:
+        return otg_read(addr - d->info->base);
+    case DEV_CAN:
+        return bxcan_read(d, word);
+    case DEV_FDCAN:
+        return mcan_read(d, word);
+    case DEV_FDCAN_RAM:
+        return fdcan_memory_read(addr - d->info->base);
+    case DEV_SDIO:
+        return sdio_read(d, word);
     default:
         return d->regs[word];
     }
@@ -370,7 +422,7 @@ bus_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value,
     (void)param;
     if (!d)
         return;
-    if (size != 4 && d->info->kind != DEV_SPI) {
+    if (size != 4 && !is_narrow(d)) {
         chip_fault("%u bytes written to 0x%08x", size, addr);
         return;
     }
@@ -400,16 +452,42 @@ bus_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value,
     case DEV_IWDG:
         iwdg_write(d, word, (uint32_t)value);
         return;
+    case DEV_USBFS:
+        usbfs_write(d, word, (uint32_t)value);
+        return;
+    case DEV_USB_MEMORY:
+        usbfs_memory_write(addr - d->info->base, size, (uint32_t)value);
+        return;
+    case DEV_OTG:
+        otg_write(d, addr - d->info->base, (uint32_t)value);
+        return;
+    case DEV_CAN:
+        bxcan_write(d, word, (uint32_t)value);
+        return;
+    case DEV_FDCAN:
+        mcan_write(d, word, (uint32_t)value);
+        return;
+    case DEV_FDCAN_RAM:
+        fdcan_memory_write(addr - d->info->base, (uint32_t)value);
+        return;
+    case DEV_SDIO:
+        sdio_write(d, word, (uint32_t)value);
+        return;
+    case DEV_BACKUP:
+        write_backup(d, word, (uint32_t)value);
+        return;
     default:
         d->regs[word] = (uint32_t)value;
     }
 }
 
-void
+static void
 periph_run_events(void)
 {
     uint32_t i;
 
+    usbhost_run_events();
+    canhost_run_events();
     for (i = 0; i < chip.n_devices; i++) {
         struct device *d = &chip.devices[i];
 
@@ -426,11 +504,14 @@ periph_run_events(void)
     }
 }
 
-uint64_t
+static uint64_t
 periph_next_event(void)
 {
-    uint64_t next = NEVER;
+    uint64_t next = usbhost_next_event(), other = canhost_next_event();
     uint32_t i;
+
+    if (other < next)
+        next = other;
 
     for (i = 0; i < chip.n_devices; i++)
         if (chip.devices[i].info->kind != DEV_RCC
@@ -439,12 +520,13 @@ periph_next_event(void)
     return next;
 }
 
-void
+static void
 periph_map(uc_engine *uc)
 {
     if (uc_mmio_map(uc, PERIPH_BASE, PERIPH_SIZE, bus_read, NULL, bus_write,
                     NULL))
         chip_fault("no peripherals");
+    rom_map(uc);
 }
 
 static void
@@ -469,6 +551,21 @@ reset_device(struct device *d)
     case DEV_SYSCFG:
         chip.syscfg = d;
         return;
+    case DEV_USBFS:
+        usbfs_reset(d);
+        return;
+    case DEV_OTG:
+        otg_reset(d);
+        return;
+    case DEV_CAN:
+        bxcan_reset(d);
+        return;
+    case DEV_FDCAN:
+        fdcan_reset(d);
+        return;
+    case DEV_SDIO:
+        sdio_reset(d);
+        return;
     case DEV_GPIO:
         if (!chip.model->gpio_v2)
             d->regs[0] = d->regs[1] = 0x44444444;
@@ -478,7 +575,44 @@ reset_device(struct device *d)
     }
 }
 
+struct device *
+stm32_find(enum device_kind kind, uint8_t index)
+{
+    uint32_t i;
+
+    for (i = 0; i < chip.n_devices; i++)
+        if (chip.devices[i].info->kind == kind
+            && chip.devices[i].info->index == index)
+            return &chip.devices[i];
+    return NULL;
+}
+
 void
+stm32_check_pin(uint32_t pin, uint32_t function)
+{
+    const struct device *port = stm32_find(DEV_GPIO, (uint8_t)(pin / 16));
+    uint32_t bit = pin % 16, is = 0;
+    int8_t pull;
+
+    if (chip.model->gpio_v2)
+        is = port->regs[8 + bit / 8] >> (4 * (bit % 8)) & 15;
+    if (gpio_mode_of(port, bit, &pull) != 2
+        || (chip.model->gpio_v2 && is != function))
+        chip_fault("pin P%c%u is not of function %u", 'A' + pin / 16, bit,
+                   function);
+}
+
+void
+stm32_check_usb_pins(const struct device *d)
+{
+    bool is_pb = d->info->base == 0x40040000
+        && strcmp(chip.model->name, "stm32h723");
+
+    stm32_check_pin(is_pb ? 30 : 11, is_pb ? 12 : 10);
+    stm32_check_pin(is_pb ? 31 : 12, is_pb ? 12 : 10);
+}
+
+static void
 periph_reset(void)
 {
     const struct device_info *info = chip.model->devices;
@@ -486,10 +620,26 @@ periph_reset(void)
     for (; info->base; info++) {
         struct device *d = &chip.devices[chip.n_devices++];
 
+        if (info->kind == DEV_BACKUP && d->info)
+            continue;           /* a reset does not reach it */
         memset(d, 0, sizeof(*d));
         d->info = info;
         reset_device(d);
     }
+    canhost_reset();
     chip.core_hz = chip.bus_hz[0] = chip.bus_hz[1] = chip.bus_hz[2]
         = chip.model->hsi_hz;
 }
+
+static int32_t
+periph_find_pin(const char *name)
+{
+    return chip_find_pin(name, 16);
+}
+
+const struct family stm32_family = {
+    .flash_base = 0x08000000, .map = periph_map, .reset = periph_reset,
+    .run_events = periph_run_events, .next_event = periph_next_event,
+    .rx_free_at = periph_rx_free_at, .rx = periph_rx,
+    .find_pin = periph_find_pin,
+};

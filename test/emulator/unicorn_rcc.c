@@ -4,7 +4,9 @@
  * chapter 7; RM0090, chapters 5 and 7; RM0091, chapter 6; RM0444, chapter 5;
  * RM0440, chapter 7; RM0351, chapter 6; data sheets, operating conditions).
  */
-#include "unicorn_chip.h"
+#include <string.h>
+
+#include "unicorn_stm32.h"
 
 /* Oscillators and PLL are ready this much later */
 enum { READY_CYCLES = 40 };
@@ -239,11 +241,91 @@ update_ready(struct device *d)
             | ready_of(d->regs[0]);
 }
 
+/* The oscillator of 48 MHz, and the second PLL: register, and its bits. */
+static void
+find_extra(uint32_t *word, uint32_t *on)
+{
+    enum line line = chip.model->line;
+
+    *word = line == LINE_F0 ? 13 : line == LINE_G4 || line == LINE_L4 ? 38 : 0;
+    *on = line == LINE_F0 ? 1u << 16 : line == LINE_G0 ? 1u << 22
+        : line == LINE_H7 ? 1u << 12 : line == LINE_F2F4F7 ? 1u << 28
+        : line == LINE_F1 ? 0 : 1u;
+}
+
+static bool
+is_extra_on(void)
+{
+    uint32_t word, on;
+
+    find_extra(&word, &on);
+    return chip.rcc->regs[word] & on;
+}
+
 uint32_t
 rcc_read(struct device *d, uint32_t offset)
 {
+    uint32_t word, on;
+
     update_ready(d);
+    find_extra(&word, &on);
+    if (offset / 4 == word && d->regs[word] & on)
+        return d->regs[word] | on << 1;
     return d->regs[offset / 4];
+}
+
+/* Output Q of the PLL, or output P of the second. */
+static uint32_t
+f4_usb_hz(const uint32_t *regs)
+{
+    uint32_t cfg = regs[1], sai = regs[0x88 / 4];
+    uint32_t source = cfg & (1u << 22) ? chip.hse_hz : chip.model->hsi_hz;
+    uint32_t m = cfg & 63, n = cfg >> 6 & 511, q = cfg >> 24 & 15;
+
+    if (!(regs[0x94 / 4] & (1u << 27)))
+        return source / m * n / q;
+    if (!is_extra_on())
+        return 0;
+    m = sai & 63;
+    return check("input of the second PLL", source / m, 950000, 2100000)
+        * (sai >> 6 & 511) / (2 * (sai >> 16 & 3) + 2);
+}
+
+static uint32_t
+usb_hz(void)
+{
+    const uint32_t *regs = chip.rcc->regs;
+    uint32_t own = is_extra_on() ? 48000000 : 0;
+
+    switch (chip.model->line) {
+    case LINE_F1:
+        return regs[1] & (1u << 22) ? chip.core_hz : chip.core_hz / 3 * 2;
+    case LINE_F2F4F7:
+        return f4_usb_hz(regs);
+    case LINE_F0:
+        return regs[12] & (1u << 7) ? chip.core_hz : own;
+    case LINE_G0:
+        return regs[0x58 / 4] & (3u << 12) ? 0 : own;
+    case LINE_H7:
+        return (regs[0x54 / 4] >> 20 & 3) == 3 ? own : 0;
+    default:
+        return regs[0x88 / 4] & (3u << 26) ? 0 : own;
+    }
+}
+
+void
+stm32_check_usb_clock(void)
+{
+    static const char *const precise[] = { "stm32f070" };
+    uint32_t hz = usb_hz();
+    struct device *crs = stm32_find(DEV_CRS, 0);
+    bool is_tuned = crs && (crs->regs[0] & 0x60) == 0x60;
+
+    if (hz != 48000000)
+        chip_fault("USB at %u Hz", hz);
+    if (chip.model->line != LINE_F1 && chip.model->line != LINE_F2F4F7
+        && strcmp(chip.model->name, precise[0]) && !is_tuned)
+        chip_fault("the oscillator of USB is not tuned by the host");
 }
 
 static void

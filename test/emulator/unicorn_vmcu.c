@@ -19,8 +19,6 @@
 
 enum { RX_SIZE = 4096, OPCODE_WFI = 0xbf30, OPCODE_YIELD = 0xbf10,
        MAX_BOOT_CYCLES = 20000000 };
-#define FLASH_BASE 0x08000000u
-
 struct chip chip;
 
 static uint8_t rx_buf[RX_SIZE];
@@ -54,6 +52,21 @@ chip_wake_at(uint64_t cycle)
  * Executing
  */
 
+/* The opcode at an address in flash or RAM. */
+static uint16_t
+read_opcode(uint32_t addr)
+{
+    uint32_t in_flash = addr - chip.model->family->flash_base;
+    uint32_t in_ram = addr - chip.model->ram_base;
+    uint16_t opcode = 0;
+
+    if (in_flash < chip.model->flash_size)
+        memcpy(&opcode, chip.flash + in_flash, 2);
+    else if (in_ram < chip.model->ram_size)
+        memcpy(&opcode, chip.ram + in_ram, 2);
+    return opcode;
+}
+
 /* Before each instruction. */
 static void
 on_instruction(uc_engine *uc, uint64_t addr, uint32_t size, void *param)
@@ -66,12 +79,15 @@ on_instruction(uc_engine *uc, uint64_t addr, uint32_t size, void *param)
         uc_emu_stop(uc);
         return;
     }
+    if (chip.has_set_mask)
+        core_read_mask();
     chip.cycle++;
     chip.n_instructions++;
     chip.n_irq_instructions += chip.in_handler;
-    if (size != 2 || addr - FLASH_BASE >= chip.model->flash_size)
+    opcode = read_opcode((uint32_t)addr);
+    core_note_mask(opcode);
+    if (size != 2)
         return;
-    memcpy(&opcode, chip.flash + (addr - FLASH_BASE), 2);
     if (opcode == OPCODE_WFI || opcode == OPCODE_YIELD) {
         chip.is_asleep = true;
         uc_emu_stop(uc);
@@ -94,6 +110,8 @@ wake_up(void)
     uint32_t pc = (read_pc() + 2) | 1;
 
     chip.is_asleep = false;
+    if (chip.off_since != NEVER)
+        chip.off_since = chip.cycle;
     uc_reg_write(chip.uc, UC_ARM_REG_PC, &pc);
 }
 
@@ -110,22 +128,25 @@ execute(void)
 static void
 feed_line(void)
 {
-    if (rx_head == rx_tail || periph_rx_busy())
+    const struct family *family = chip.model->family;
+
+    if (rx_head == rx_tail || chip.cycle < family->rx_free_at())
         return;
-    periph_rx(rx_buf[rx_tail++ % RX_SIZE]);
+    family->rx(rx_buf[rx_tail++ % RX_SIZE]);
     if (rx_head != rx_tail)
-        chip_wake_at(chip.console->next_rx);
+        chip_wake_at(family->rx_free_at());
 }
 
 static uint64_t
 next_event(void)
 {
-    uint64_t next = core_next_event(), other = periph_next_event();
+    uint64_t next = core_next_event(), other = chip.model->family->next_event();
 
     if (other < next)
         next = other;
-    if (rx_head != rx_tail && chip.console && chip.console->next_rx < next)
-        next = chip.console->next_rx;
+    other = chip.model->family->rx_free_at();
+    if (rx_head != rx_tail && other < next)
+        next = other;
     return next;
 }
 
@@ -138,7 +159,7 @@ run_cycles(uint64_t until, bool is_booting)
         uint64_t next;
 
         core_run_events();
-        periph_run_events();
+        chip.model->family->run_events();
         feed_line();
         next = next_event();
         if (next > until)
@@ -174,7 +195,7 @@ env_number(const char *name, uint32_t fallback)
 static int32_t
 load_segment(FILE *file, const Elf32_Phdr *segment)
 {
-    uint32_t offset = segment->p_paddr - FLASH_BASE;
+    uint32_t offset = segment->p_paddr - chip.model->family->flash_base;
 
     if (segment->p_type != PT_LOAD || !segment->p_filesz)
         return 0;
@@ -214,6 +235,15 @@ load_elf(const char *path, uint32_t *start)
     return result;
 }
 
+void
+chip_map_flash(void)
+{
+    if (uc_mem_map_ptr(chip.uc, chip.model->family->flash_base,
+                       chip.model->flash_size, UC_PROT_READ | UC_PROT_EXEC,
+                       chip.flash))
+        chip_fault("no flash");
+}
+
 static int32_t
 open_engine(void)
 {
@@ -226,15 +256,15 @@ open_engine(void)
     chip.ram = aligned_alloc(4096, chip.model->ram_size);
     memset(chip.flash, 0xff, chip.model->flash_size);
     memset(chip.ram, 0xa5, chip.model->ram_size);
-    if (uc_mem_map_ptr(chip.uc, FLASH_BASE, chip.model->flash_size,
-                       UC_PROT_READ | UC_PROT_EXEC, chip.flash)
-        || uc_mem_map_ptr(chip.uc, chip.model->ram_base, chip.model->ram_size,
-                          UC_PROT_ALL, chip.ram)
+    if (uc_mem_map_ptr(chip.uc, chip.model->ram_base, chip.model->ram_size,
+                       UC_PROT_ALL, chip.ram)
         || uc_hook_add(chip.uc, &hook, UC_HOOK_CODE, on_instruction, NULL,
                        1, 0))
         return -2;
     core_map(chip.uc);
-    periph_map(chip.uc);
+    if (!chip.model->family->maps_flash)
+        chip_map_flash();
+    chip.model->family->map(chip.uc);
     return 0;
 }
 
@@ -244,7 +274,8 @@ jump_to(uint32_t start)
 {
     uint32_t words[2];
 
-    memcpy(words, chip.flash + (start - FLASH_BASE), sizeof(words));
+    memcpy(words, chip.flash + (start - chip.model->family->flash_base),
+           sizeof(words));
     uc_reg_write(chip.uc, UC_ARM_REG_SP, &words[0]);
     uc_reg_write(chip.uc, UC_ARM_REG_PC, &words[1]);
 }
@@ -253,28 +284,37 @@ static int32_t
 power_on(const struct vmcu_host *host, uint64_t clock)
 {
     uint32_t start;
+    double ticks_hz, nominal;
 
     memset(&chip, 0, sizeof(chip));
+    chip.tick_mul = chip.tick_div = 1;
     rx_head = rx_tail = 0;
     chip.model = unicorn_find_model(getenv("UNICORN_CHIP"));
     if (!chip.model || open_engine())
         return -2;
     if (load_elf(getenv("UNICORN_ELF"), &start))
         return -1;
+    chip.start = start;
     chip.host = *host;
     chip.hse_hz = env_number("UNICORN_HSE", 8000000);
     chip.baud = env_number("UNICORN_BAUD", 250000);
     core_reset();
-    periph_reset();
-    jump_to(start);
+    chip.model->family->reset();
+    if (chip.model->family->boot)
+        chip.model->family->boot(start);
+    else
+        jump_to(start);
     run_cycles(MAX_BOOT_CYCLES, true);
     if (!chip.is_counting || chip.is_broken)
         return -3;
-    if (chip.core_hz != env_number("UNICORN_HZ", chip.model->max_hz)) {
+    ticks_hz = (double)chip.core_hz * chip.tick_mul / chip.tick_div;
+    nominal = env_number("UNICORN_HZ", chip.model->max_hz);
+    /* within what crystals are off, too */
+    if (ticks_hz > 1.0001 * nominal || ticks_hz < .9999 * nominal) {
         chip_fault("core at %u Hz", chip.core_hz);
         return -4;
     }
-    chip.base = clock - chip.cyccnt_zero;
+    chip.base = clock - chip.cyccnt_zero * chip.tick_mul / chip.tick_div;
     return 0;
 }
 
@@ -296,7 +336,8 @@ run(uint64_t until)
 {
     uint64_t next;
 
-    run_cycles(until - chip.base, false);
+    run_cycles(((until - chip.base) * chip.tick_div + chip.tick_mul - 1)
+               / chip.tick_mul, false);
     if (chip.is_broken)
         return UINT64_MAX;
     if (chip.wants_reset) {
@@ -305,22 +346,31 @@ run(uint64_t until)
         return UINT64_MAX;
     }
     next = chip.is_asleep && !chip.n_pending ? next_event() : chip.cycle + 1600;
-    if (next <= chip.cycle)
-        next = chip.cycle + 1;
-    return next == NEVER ? NEVER : chip.base + next;
+    if (next == NEVER)
+        return NEVER;
+    next = chip.base + next * chip.tick_mul / chip.tick_div;
+    return next > until ? next : until + 1;
+}
+
+int32_t
+chip_find_pin(const char *name, uint32_t per_port)
+{
+    char *end;
+    uint32_t number;
+
+    if (name[0] != 'P' || name[1] < 'A' || name[1] > 'K'
+        || !isdigit((unsigned char)name[2]))
+        return -1;
+    number = (uint32_t)strtol(name + 2, &end, 10);
+    if (*end || number >= per_port)
+        return -1;
+    return (int32_t)((uint32_t)(name[1] - 'A') * per_port + number);
 }
 
 static int32_t
 find_pin(const char *name)
 {
-    char *end;
-    long number;
-
-    if (name[0] != 'P' || name[1] < 'A' || name[1] > 'K'
-        || !isdigit((unsigned char)name[2]))
-        return -1;
-    number = strtol(name + 2, &end, 10);
-    return *end || number > 15 ? -1 : (int32_t)((name[1] - 'A') * 16 + number);
+    return chip.model->family->find_pin(name);
 }
 
 static void
@@ -340,6 +390,36 @@ unicorn_read_stats(uint64_t *stats)
     stats[0] = chip.n_instructions;
     stats[1] = chip.n_timer_irqs;
     stats[2] = chip.n_irq_instructions;
+}
+
+/* For tests: what struct delays tells, from now on if it is cleared. */
+void
+unicorn_read_delays(struct delays *delays, int32_t clears)
+{
+    *delays = chip.delays;
+    if (clears)
+        memset(&chip.delays, 0, sizeof(chip.delays));
+}
+
+/* For tests: has the program asked for the boot loader? */
+int32_t
+unicorn_wants_bootloader(void)
+{
+    return chip.wants_bootloader;
+}
+
+/* For tests: the reset that the program has asked for.  Memory keeps its
+ * contents; the next program begins, and runs for some cycles. */
+void
+unicorn_restart(uint32_t cycles)
+{
+    chip.is_broken = chip.wants_reset = chip.is_asleep = false;
+    chip.console = NULL;
+    chip.n_devices = chip.n_pending = 0;
+    core_reset();
+    chip.model->family->reset();
+    jump_to(chip.start);
+    run_cycles(chip.cycle + cycles, false);
 }
 
 const struct vmcu_ops *

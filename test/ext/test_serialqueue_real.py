@@ -152,7 +152,7 @@ def test_close_wakes_pullers(pair):
     thread.start()
     started.wait()
     queue.close()
-    thread.join(10.)
+    thread.join(60.)
     assert results == [None] and queue.pull() is None
     queue.close()
 
@@ -217,7 +217,7 @@ def test_can_frames():
             data += part[:size]
         return data
 
-    mcu.settimeout(5.)
+    mcu.settimeout(60.)
     assert len(read_block()) == 5
     mcu.send(frame(0x999, slow_block(1)))
     mcu.send(frame(0x107, slow_block(7)))
@@ -270,7 +270,7 @@ def test_file_kind_drains_into_a_full_pipe():
         queue.send(cq, data)
     queue.close()
     os.close(writer)
-    thread.join(10.)
+    thread.join(60.)
     os.close(reader)
     blocks, skipped, rest = split_blocks(b"".join(received))
     assert [p for _, p in blocks] == sent and not skipped and not rest

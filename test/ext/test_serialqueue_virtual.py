@@ -171,7 +171,7 @@ def test_same_sequence_is_kept_over_sessions(library):
 def resend_times(echo, start):
     """Times at which blocks were put on the wire again, by byte counts."""
     times, last = [], echo.queue.get_stats()["bytes_write"]
-    while echo.world.monotonic() < start + 12.:
+    while echo.world.monotonic() < start + 1.:
         echo.world.advance(echo.world.monotonic() + 0.0005)
         count = echo.queue.get_stats()["bytes_write"]
         if count != last:
@@ -180,7 +180,8 @@ def resend_times(echo, start):
     return times
 
 
-def test_timeout_doubles_up_to_five_seconds(echo):
+def test_timeout_doubles_up_to_a_tenth_of_a_second(echo):
+    """A link that has worked is tried often: soon after it is back, all is there."""
     for _ in range(20):
         echo.ask(5, 9)
     rto = echo.queue.get_stats()["rto"]
@@ -190,9 +191,9 @@ def test_timeout_doubles_up_to_five_seconds(echo):
     echo.log(b"x")
     times = resend_times(echo, start)
     expected, wait = [0.], rto
-    while expected[-1] + wait < 12.:
+    while expected[-1] + wait < 1.:
         expected.append(expected[-1] + wait)
-        wait = min(2. * wait, 5.)
+        wait = min(2. * wait, 0.1)
     assert times == pytest.approx(expected, abs=0.0015)
     echo.link.restore()
     echo.wait(6.)

@@ -7,8 +7,11 @@ import random
 import motion_rig
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from motion_moves import journeys, travel
 from motion_rig import Rig, make_move
-from truth import machines, shaping
+from truth import machines, polar, shaping
 
 from klippy.extras.motion import shaper_defs, shaper_kernels
 from klippy_ext.kin_delta import DeltaKinematics
@@ -92,6 +95,50 @@ def test_every_step(kind, name):
     assert len(clocks) > 10000
 
 
+@pytest.mark.parametrize("name", ["mzv", "3hump_ei", "smooth_ei"])
+@pytest.mark.parametrize("length", [.01, .5])
+def test_ways_in_many_parts(name, length):
+    """More borders than the path remembers, at most of which nothing jumps."""
+    names = (name, None, None)
+    rig = make_rig("corexy", names)
+    t, at = 1., rig.start
+    for i in range(6):
+        ratio = (.8, .6, 0.) if i % 2 else (-.6, .8, 0.)
+        t, at = rig.add(t, make_move(.02, 0., 0., at, ratio, 0., 100., 5000.))
+        for _ in range(300 if length < .1 else 20):
+            t, at = rig.add(t, make_move(0., length / 100., 0., at, ratio, 100.,
+                                         100., 5000.))
+        t, at = rig.add(t, make_move(0., 0., .02, at, ratio, 100., 100., 5000.))
+    rig.run(t + .5)
+    clocks, _ = check(rig, "corexy", names)
+    assert len(clocks) > 3000
+
+
+@settings(max_examples=30, deadline=None)
+@given(journeys(reach=2.0, max_size=8), st.sampled_from(list(KINDS)),
+       st.sampled_from(shaping.NAMES), st.sampled_from(shaping.NAMES))
+def test_random_journeys(journey, kind, name_x, name_y):
+    """Speeds that jump, long and short rests, everything within one window."""
+    names = (name_x, name_y, None)
+    rig = make_rig(kind, names)
+    rig.run(travel(rig, journey, 1.) + .5)
+    check(rig, kind, names)
+    rig.kinematics[0].check()
+
+
+@pytest.mark.parametrize("name", shaping.NAMES)
+def test_position_is_the_average(name):
+    names = (name, None, name)
+    path, rig = make_path(names), Rig([], 1., start=(3., -2., 10.))
+    end = add_walk(rig, 20)
+    at = np.linspace(.9, end + .1, 400)
+    found = np.array([path.get_position(rig.tq, t) for t in at])
+    exact = shaping.ShapedPath(rig.pieces, make_model(names)).xyz(at)
+    # kernels are designed by two ways of integration
+    assert np.abs(found - exact).max() < (5e-9 if "smooth" in name else 1e-12)
+    path.check()
+
+
 @pytest.mark.parametrize("names", [("mzv", "ei", None), ("smooth_ei", "zv", None)])
 def test_a_bed_that_turns(names):
     kin = PolarBedKinematics()
@@ -102,6 +149,54 @@ def test_a_bed_that_turns(names):
     def turn(p):        # counted from where it starts, which is at pi
         return np.pi + np.arctan2(-p[:, 1], -p[:, 0])
     clocks, _ = check(rig, "bed", names, turn)
+    assert len(clocks) > 1000
+
+
+CENTRE_WAYS = {
+    "straight": [(-3., 0.), (3., 0.), (-2., 0.)],
+    "aslant": [(-2., -1.), (2., 1.), (-1., 2.)],
+    "beside": [(-2., 0.004), (2., 0.004), (2., -.02), (-2., -.02)],
+    "rest": [(-2., 0.), (0., 0.), (1., 1.5), (0., 0.), (-1., 1.)],
+    "corner": [(-2., -.5), (.003, .002), (-.5, 2.)],
+}
+
+
+def add_polar_way(rig, points, bed_speed=20.):
+    """Moves whose parts are as slow as a bed that turns at bed_speed needs them."""
+    t, at = 1., (*points[0], 10.)
+    for end in points[1:]:
+        end = (*end, 10.)
+        radii = [polar.CORE * 2 ** k for k in range(12)]
+        shares = sorted(s for r in radii for s in polar.crossings(at, end, r))
+        stops = [at, *(polar.between(at, end, s) for s in shares), end]
+        for a, b in zip(stops, stops[1:], strict=False):
+            way = math.dist(a, b)
+            if way < 1e-9:
+                continue
+            inner = max(polar.span(a, b)[0], 0.5 * polar.CORE)
+            speed = min(30., bed_speed * inner)
+            ratio = tuple((q - p) / way for p, q in zip(a, b, strict=True))
+            t, _ = rig.add(t, make_move(0., way / speed, 0., a, ratio, speed,
+                                        speed, 0.))
+        at = end
+    return t
+
+
+@pytest.mark.parametrize("names", [
+    ("mzv", "mzv", None), ("mzv", "ei", None), ("smooth_ei", "zv", None)])
+@pytest.mark.parametrize("way", CENTRE_WAYS)
+@pytest.mark.parametrize("period", [.25, .0137])
+def test_a_bed_near_its_centre(names, way, period):
+    step, points = 1e-3, CENTRE_WAYS[way]
+    kin = PolarBedKinematics()
+    rig = Rig([kin], step, freq=64e6, start=(*points[0], 10.))
+    kin.set_shaper(make_path(names))
+    origin = kin.calc_position_from_coord(*rig.start)
+    rig.run(add_polar_way(rig, points) + .5, period)
+    clocks, directions = rig.steps()
+    path = shaping.ShapedPath(rig.pieces, make_model(names))
+    judge = polar.BedJudge(path, step, 1. / rig.freq, 4. * np.pi * 20.)
+    assert judge.check(clocks / rig.freq, directions, 0, origin) >= 1
     assert len(clocks) > 1000
 
 
@@ -137,9 +232,9 @@ def test_the_window_is_that_of_the_path():
 def test_motors_are_wanted_before_the_move():
     rig = make_rig("x", ("mzv", None, None))
     add_walk(rig, 2)
-    pre = rig.kinematics[0].shaper.scan_window()[0]
-    assert rig.kinematics[0].check_active(2.) == pytest.approx(1. - pre)
-    assert rig.kinematics[0].check_active(1. - pre - 1e-6) == 0.
+    post = rig.kinematics[0].shaper.scan_window()[1]
+    assert rig.kinematics[0].check_active(2.) == pytest.approx(1. - post)
+    assert rig.kinematics[0].check_active(1. - post - 1e-6) == 0.
 
 
 def test_another_position_does_not_move():

@@ -161,6 +161,62 @@ def test_steps_inverted_and_on_both_edges(echo):
     assert falling.position == 4 and both.position == 7
 
 
+def test_edges_of_several_pins_come_in_order(echo):
+    trace = echo.mcu.watch_edges([4, 5])
+    echo.send(3, 4, 1)
+    echo.send(3, 5, 1)
+    echo.send(3, 4, 1)          # no change
+    echo.send(3, 6, 1)          # not watched
+    echo.send(4, 4, 3, 250)
+    echo.wait(0.05)
+    echo.send(8, 5, 64, 256)
+    echo.wait(0.05)
+    edges = trace.take()
+    assert [(pin, level) for _, pin, level in edges] == [
+        (4, 1.0), (5, 1.0), (4, 0.0), (4, 1.0), (4, 0.0), (5, 0.25)]
+    clocks = [clock for clock, _, _ in edges]
+    assert clocks == sorted(clocks)
+    assert [b - a for a, b in zip(clocks[2:4], clocks[3:5], strict=True)] == [250] * 2
+    assert trace.take() == []
+    with pytest.raises(ValueError, match="pins 0 to 15"):
+        echo.mcu.watch_edges([4, 16])
+
+
+def test_spi_device_answers_while_it_is_selected(echo):
+    def exchange(data):
+        seen.append(data)
+        return bytes(0xff - byte for byte in data)
+
+    seen = []
+    echo.mcu.add_spi_device(1, 3, exchange)
+    echo.send(3, 3, 1)
+    assert echo.ask(3, 11, 1, 0x12, 0x34)[0] == [11, 0xff, 0xff]
+    echo.send(3, 3, 0)
+    assert echo.ask(3, 11, 1, 0x12, 0x34)[0] == [11, 0xed, 0xcb]
+    assert echo.ask(3, 11, 2, 0x12, 0x34)[0] == [11, 0xff, 0xff]
+    assert seen == [b"\x12\x34"]
+
+
+def test_i2c_device_answers_at_its_address(echo):
+    assert echo.ask(4, 12, 0, 0x50, 7)[0] == [12, 1, 0xff, 0xff]
+    echo.mcu.add_i2c_device(0, 0x50, lambda written, n: written * n)
+    assert echo.ask(4, 12, 0, 0x50, 7)[0] == [12, 0, 7, 7]
+    assert echo.ask(4, 12, 0, 0x51, 7)[0] == [12, 1, 0xff, 0xff]
+    echo.mcu.add_i2c_device(0, 0x50, lambda written, n: None)
+    assert echo.ask(4, 12, 0, 0x50, 7)[0] == [12, 1, 0xff, 0xff]
+
+
+def test_error_of_a_bus_device_comes_out(echo):
+    def fail(written, n):
+        raise ZeroDivisionError("model")
+
+    echo.mcu.add_i2c_device(0, 0x50, fail)
+    with pytest.raises(ZeroDivisionError, match="model"):
+        echo.ask(4, 12, 0, 0x50, 7)
+    echo.wait(1.)
+    assert echo.world.monotonic() >= 1.
+
+
 def test_duty_of_gpio_and_pwm(echo):
     plain = echo.mcu.watch_output(4)
     inverted = echo.mcu.watch_output(4, invert=True)

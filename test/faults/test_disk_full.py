@@ -28,8 +28,9 @@ def make_config(folder):
 class FullDisk:
     """Lets the n-th call of the given kind fail, as a full disk does."""
 
-    def __init__(self, kind, number):
-        self.kind, self.left, self.is_hit = kind, number, False
+    def __init__(self, kind, number, code=errno.ENOSPC):
+        self.kind, self.left, self.code = kind, number, code
+        self.is_hit = False
 
     def _count(self, kind):
         if kind != self.kind:
@@ -37,7 +38,7 @@ class FullDisk:
         self.left -= 1
         if not self.left:
             self.is_hit = True
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            raise OSError(self.code, os.strerror(self.code))
 
     def install(self, monkeypatch, module):
         """Stand between a module and the disk."""
@@ -139,6 +140,28 @@ def test_save_config(make_host, tmp_path, monkeypatch, kind, number):
     # SAVE_CONFIG restarts the host by itself
     host.run_boots(lambda host: (calibrate_and_save(host), host.pause(5.)),
                    find_it_saved)
+
+
+@pytest.mark.parametrize("code", [errno.EROFS, errno.EACCES])
+def test_save_config_where_nothing_can_be_written(
+        make_host, tmp_path, monkeypatch, code):
+    """A read-only disk or folder: told, the value waits, nothing is lost."""
+    host = make_host(make_config(tmp_path))
+    before = host.config_path.read_bytes()
+
+    def save(host):
+        host.script(CALIBRATE)
+        names = list_files(tmp_path)
+        FullDisk("open", 1, code).install(monkeypatch, configsave)
+        with pytest.raises(ApiError, match=os.strerror(code)):
+            host.script("SAVE_CONFIG RESTART=0")
+        assert host.status("configfile")["save_config_pending"]
+        assert (host.config_path.read_bytes(), list_files(tmp_path)) == (before, names)
+        host.script("SAVE_CONFIG RESTART=0")
+        assert not host.status("configfile")["save_config_pending"]
+
+    host.run_boots(save)
+    assert "pid_kp" in host.config_path.read_text()
 
 
 @pytest.mark.parametrize("kind", CALLS)

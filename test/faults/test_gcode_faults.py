@@ -13,6 +13,8 @@ path: {path}
 {options}
 [pause_resume]
 
+[gcode_arcs]
+
 [gcode_macro REFUSE]
 gcode:
     {{ action_raise_error("no filament is loaded") }}
@@ -41,6 +43,11 @@ BAD = {
                   r"TARGET='hot': a finite number expected"),
     "syntax": (b"SET_HEATER_TEMPERATURE HEATER", r"expected KEY=VALUE at 'HEATER'"),
     "range": (b"G1 X500", r"Move out of range: 500\.000 .* \(in 'G1 X500'\)"),
+    "spiral": (b"G3 X20 Y0 I3 J0", r"the end is 1?7\.000 mm from the centre, the start"
+               r" 3\.000 mm, .* by 1?4\.000 mm \(at most 0\.500\)\. Is the centre"
+               r" \(I, J\) given .*'spiral_tolerance' in \[gcode_arcs\]"),
+    "arc_range": (b"G2 I-20 J0", r"out of range: .*\(the arc goes to [XY]"
+                  r" -\d+\.\d+, which is not within -5\.000 to 220\.000\)"),
     "macro": (b"REFUSE", r"no filament is loaded"),
     "template": (b"DIVIDE", r"division by zero"),
 }

@@ -14,6 +14,12 @@ from test_exact_steps import cut_sample, make_config
 
 KIND = "cartesian"
 N_LINES = 1500
+SHAPERS = {
+    "impulses": "shaper_type: mzv\nshaper_freq_x: 46\nshaper_freq_y: 38\n",
+    "kernels": "shaper_type: smooth_mzv\nshaper_freq_x: 46\nshaper_freq_y: 38\n",
+    "filament": "shaper_type_x: mzv\nshaper_type_y: smooth_ei\nshaper_freq_x: 46\n"
+                "shaper_freq_y: 38\nenabled_extruders: extruder\n",
+}
 # The speed before a rest is measured over so long (s), and is then below (mm/s)
 SPAN = 0.004
 SLOW = 25.
@@ -73,6 +79,23 @@ def test_short_stalls_leave_no_trace(tmp_path, stall):
                      ).check().values()) > 1000
 
 
+@pytest.mark.parametrize("shaper, stall", [
+    ("impulses", 0.5), ("filament", 0.1),
+    pytest.param("kernels", 0.5, marks=pytest.mark.slow),
+    pytest.param("filament", 0.5, marks=pytest.mark.slow)])
+def test_short_stalls_leave_no_trace_when_shaped(tmp_path, shaper, stall):
+    """Every step of the shaped motors lies where it would have been."""
+    config = make_config(KIND) + "\n[input_shaper]\n" + SHAPERS[shaper]
+    n_lines = 120 if shaper == "filament" else 1000
+    before, job = cut_sample("cube20.gcode", KIND, n_lines)
+    path = tmp_path / "job.gcode"
+    path.write_text(job)
+    run = StallingRun(config, tmp_path, stall).run([before, path], 1)
+    assert run.n_stalls > 3
+    assert run.printer.lookup_object("toolhead").print_stall == 0
+    assert min(Judge(run, config, job, run.snapshots[0]).check().values()) > 500
+
+
 def measure_stops(run, limit=0.3):
     """Speeds (mm/s) at which x and y last moved before all rests of `limit` s."""
     tables = []
@@ -93,11 +116,13 @@ def measure_stops(run, limit=0.3):
 
 def run_stalls(tmp_path, kind, stall, **options):
     """A print with stalls and one without; both end alike."""
-    machine = "cartesian" if kind in ("two_mcus", "no_advance") else kind
+    machine = "cartesian" if kind in ("two_mcus", "no_advance", *SHAPERS) else kind
     if kind == "two_mcus":
         config = machine_configs.make_two_mcus()
     else:
         config = make_config(machine, 0. if kind == "no_advance" else 0.04)
+    if kind in SHAPERS:
+        config += "\n[input_shaper]\n" + SHAPERS[kind]
     before, job = cut_sample("cube20.gcode", machine, N_LINES)
     path = tmp_path / "job.gcode"
     path.write_text(job)
@@ -114,7 +139,7 @@ def run_stalls(tmp_path, kind, stall, **options):
 
 @pytest.mark.parametrize("kind, stall", [
     ("cartesian", 4.), ("corexy", 3.), ("delta", 3.5), ("two_mcus", 5.),
-    ("no_advance", 4.)])
+    ("no_advance", 4.), ("filament", 4.)])
 def test_long_stalls_end_in_a_planned_stop(tmp_path, kind, stall):
     """Motion slows down on its way, rests, and goes on when the host is back."""
     run = run_stalls(tmp_path, kind, stall)
@@ -132,18 +157,21 @@ def test_long_stalls_end_in_a_planned_stop(tmp_path, kind, stall):
 
 @pytest.mark.parametrize("kind, stall", [
     ("cartesian", 2.8), ("corexy", 3.), ("delta", 3.5), ("two_mcus", 3.),
-    ("cartesian", 4.)])
+    ("cartesian", 4.), ("filament", 3.)])
 def test_a_stopped_process_holds_the_print(tmp_path, kind, stall):
     """Motion stands where what was sent ends, and goes on from there."""
     run = run_stalls(tmp_path, kind, stall, is_whole=True)
     assert run.printer.lookup_object("motion_queuing").n_holds > 5
 
 
-@pytest.mark.parametrize("points", [
-    60, pytest.param(1000, marks=pytest.mark.slow)])
-def test_stalls_at_random_points(tmp_path, points):
+@pytest.mark.parametrize("points, shaper", [
+    (60, None), (20, "filament"), pytest.param(1000, None, marks=pytest.mark.slow),
+    *[pytest.param(300, name, marks=pytest.mark.slow) for name in SHAPERS]])
+def test_stalls_at_random_points(tmp_path, points, shaper):
     """10 ms to 5 s, of the main thread or of the process: all ends alike."""
     config = make_config(KIND)
+    if shaper:
+        config += "\n[input_shaper]\n" + SHAPERS[shaper]
     before, job = cut_sample("cube20.gcode", KIND, N_LINES)
     path = tmp_path / "job.gcode"
     path.write_text(job)

@@ -16,8 +16,8 @@ import zlib
 from linux_fakeio import FakeIo
 from simboard import BOOT_FORMATS, ROOT, Format, decode_int, frame
 
-TIMEOUT = 20.   # s: only a firmware that hangs gets there
-END_TIMEOUT = 5. # s
+TIMEOUT = 120.  # s: only a firmware that hangs gets there
+END_TIMEOUT = 60. # s
 RESEND = .5     # s without an acknowledgement
 IDENTIFY_CHUNK = 40
 FREQ = 50000000

@@ -293,6 +293,8 @@ static void test_line_that_fails(void)
     kernel.error = EIO;
     CHECK(SHUTS_DOWN(gpio_toggle_irq(out)));
     CHECK(SHUTS_DOWN(gpio_read(in)));
+    CHECK(SHUTS_DOWN(gpio_float(in, 0)));
+    CHECK(SHUTS_DOWN(gpio_drive((struct gpio_out){ in.line }, 1)));
 }
 
 

@@ -23,7 +23,7 @@ HEATER, SENSOR = "gpio20", "analog0"
 AMBIENT, HEATING, COOLING = 25., 25., .05   # degC, degC/s, 1/s
 PULLUP, R25, BETA, KELVIN = 4700., 100000., 3950., 273.15
 THERMAL_STEP = .02  # s
-TIMEOUT = 60.       # s
+TIMEOUT = 180.      # s
 
 RULES = """
 stepper x gpio1 gpio2
@@ -204,7 +204,7 @@ class Printer:
         self.socket.close()
         self.process.send_signal(signal.SIGTERM)
         try:
-            self.process.wait(10.)
+            self.process.wait(TIMEOUT)
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()

@@ -53,7 +53,8 @@ class Ops(C.Structure):
     ]
 
 
-def build_simulator(out="out/test-simulator/", extra=""):
+def build_simulator(out="out/test-simulator/", extra="",
+                    config="test/configs/simulator.config"):
     """Bring the simulator firmware up to date; returns its .so.
 
     The environment's SIMULATOR_SO names another build to test instead.
@@ -62,8 +63,7 @@ def build_simulator(out="out/test-simulator/", extra=""):
         return pathlib.Path(os.environ["SIMULATOR_SO"])
     subprocess.run(
         ["make", "-s", "firmware", "OUT=" + out, "PYTHON=" + sys.executable,
-         "KCONFIG_CONFIG=test/configs/simulator.config",
-         "EXTRA_CFLAGS=" + extra],
+         "KCONFIG_CONFIG=" + config, "EXTRA_CFLAGS=" + extra],
         cwd=ROOT, check=True, capture_output=True, text=True)
     return ROOT / out / "klipper.so"
 

@@ -9,6 +9,7 @@ import os
 import signal
 import struct
 
+import linux_bench
 import pytest
 from linux_board import FREQ, LinuxBoard, build_linux
 
@@ -265,6 +266,11 @@ def test_reset_lets_go_of_outputs_first(board):
     check_reset(board)
 
 
+def test_config_reset_needs_a_shutdown(board):
+    board.host.send_only("config_reset")
+    assert board.host.wait_shutdown() == "config_reset only available when shutdown"
+
+
 def test_end_puts_outputs_back(board):
     host = board.host
     host.configure(("config_digital_out", dict(
@@ -318,3 +324,10 @@ def test_pins_of_another_kind(board, pin, command, reason):
     host.send("allocate_oids", count=1)
     host.send(command, oid=0, pin=host.find_pin(pin), **values)
     assert host.wait_shutdown() == reason
+
+
+def test_commands_a_second():
+    """Processor time of one, far above what it takes on a slow computer."""
+    seconds = linux_bench.measure_nop()
+    print("%.1f million commands a second" % (1e-6 / seconds,))
+    assert 0 < seconds < 5e-6

@@ -204,7 +204,7 @@ def test_watchdog(computer):
 def test_options_that_cannot_be(linux_elf, tmp_path, options, error):
     result = subprocess.run(
         [linux_elf, "-I", tmp_path / "link", "--root", tmp_path, *options],
-        cwd=tmp_path, capture_output=True, text=True, timeout=60)
+        cwd=tmp_path, capture_output=True, text=True, timeout=300)
     assert result.returncode in (1, 2)
     assert error in result.stderr
     assert not os.path.lexists(tmp_path / "link")
@@ -219,7 +219,7 @@ def test_link_that_is_a_file(linux_elf, tmp_path):
     link = tmp_path / "link"
     link.write_text("precious")
     result = subprocess.run([linux_elf, "-I", link], capture_output=True,
-                            text=True, timeout=60)
+                            text=True, timeout=300)
     assert result.returncode == 1 and "is in the way" in result.stderr
     assert link.read_text() == "precious"
 
@@ -233,7 +233,7 @@ def test_link_that_is_a_file(linux_elf, tmp_path):
 def test_rules_that_cannot_be(linux_elf, tmp_path, rules, error):
     (tmp_path / "rules").write_text(rules + "\n")
     result = subprocess.run([linux_elf, "-I", tmp_path / "link", "--fake", tmp_path],
-                            capture_output=True, text=True, timeout=60)
+                            capture_output=True, text=True, timeout=300)
     assert result.returncode == 1 and error in result.stderr
 
 
@@ -249,6 +249,6 @@ def test_real_time_that_is_not_permitted(linux_elf, tmp_path):
     if os.geteuid() == 0:
         command = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups",
                    "--no-new-privs", "--inh-caps=-all", *command]
-    result = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    result = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert result.returncode == 1, result.stderr
     assert "not permitted" in result.stderr and "setcap" in result.stderr

@@ -190,6 +190,33 @@ def test_move_queue_is_reused(moving):
     assert get_position(moving) == -3 * (count - 10)
 
 
+def test_moves_come_back_after_a_shutdown(moving):
+    """Cells of runs that were dropped serve again once the shutdown is over."""
+    count = moving.query("get_config", "config")["move_count"]
+    for _ in range(count // 2):
+        queue(moving, 1 << 20, 1)
+    moving.send("emergency_stop")
+    moving.send("clear_shutdown")
+    moving.send("reset_step_clock", oid=0, clock=moving.clock + 9999)
+    for _ in range(count):
+        queue(moving, 1 << 20, 1)
+    assert moving.query("get_config", "config")["is_shutdown"] == 0
+
+
+def test_old_runs_are_gone_after_a_shutdown(moving):
+    for _ in range(2):
+        queue(moving, 1000, 100)
+    moving.run(moving.origin + 3000)
+    moving.send("emergency_stop")
+    moving.send("clear_shutdown")
+    start = moving.clock + 9999
+    moving.send("reset_step_clock", oid=0, clock=start)
+    queue(moving, 1000, 3)
+    moving.run_for(.1)
+    rises = [clock for clock, level in moving.list_edges(STEP, start) if level]
+    assert rises == [start + 1000, start + 2000, start + 3000]
+
+
 def test_shutdown_stops_within_a_pulse(moving):
     queue(moving, 1000, 100)
     moving.run(moving.origin + 3000)

@@ -17,8 +17,11 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 FIELD = re.compile(r"(\w+)=(\S+)")
 
 
-def run_batch(config, job, dictionary, folder):
-    """Output file of a batch run of texts; AssertionError if it fails."""
+def run_batch(config, job, dictionary, folder, cores=None):
+    """Output file of a batch run of texts; AssertionError if it fails.
+
+    cores: the processors that it may use; None for all.
+    """
     config_path, job_path = folder / "batch.cfg", folder / "batch.gcode"
     config_path.write_text(config)
     job_path.write_text(job)
@@ -26,7 +29,8 @@ def run_batch(config, job, dictionary, folder):
     result = subprocess.run(
         [sys.executable, "-m", "klippy", "run", str(config_path), "-i", str(job_path),
          "-o", str(output), "-d", str(dictionary)], cwd=ROOT, text=True,
-        capture_output=True, env=dict(os.environ, PYTHONPATH=str(ROOT)))
+        capture_output=True, env=dict(os.environ, PYTHONPATH=str(ROOT)),
+        preexec_fn=cores and (lambda: os.sched_setaffinity(0, cores)))
     assert not result.returncode, result.stderr[-3000:]
     return output
 

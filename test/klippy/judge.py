@@ -45,7 +45,8 @@ class Judge:
         if "input_shaper" in self.config:
             shaper = shaping.Shaping(self.config["input_shaper"])
             self.make_path = shaper.make_path
-            self.window = max(self.window, shaper.window)
+            self.window = max(self.window, shaper.window) if (
+                not shaper.is_filament_shaped) else self.window + shaper.window
         self.bound = tolerance
         self.tick = 1. / run.freq
         self.motors = self._list_motors()

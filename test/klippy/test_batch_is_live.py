@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The steps that batch mode writes are those that a machine does."""
 
+import os
 import re
 
 import machine_configs
@@ -47,6 +48,15 @@ def test_same_steps(tmp_path, dictionary, kind, shaper):
     print_both_ways(tmp_path, dictionary, kind, shaper, GROUPS)
 
 
+@pytest.mark.parametrize("kind", ["corexy", "delta"])
+def test_same_arcs(tmp_path, dictionary, kind):
+    x, y = (0, 0) if kind == "delta" else (100, 100)
+    groups = ["G90\nG1 X%g Y%g F6000\nG3 X%g Y%g I-20 J0 E1\nG2 X%g Y%g I-7 J-4 Z6\n"
+              % (x + 20, y, x, y + 20, x, y + 20), "G2 X%g Y%g I0 J-20 E2 F12000\n"
+              % (x, y - 20)]
+    print_both_ways(tmp_path, dictionary, kind, "\n[gcode_arcs]\n", groups)
+
+
 @pytest.mark.parametrize("kind", [
     "cartesian", pytest.param("delta", marks=pytest.mark.slow)])
 def test_dense_file(tmp_path, dictionary, kind):
@@ -59,6 +69,19 @@ def test_dense_file(tmp_path, dictionary, kind):
     ramp = 300. / (3000. if kind == "delta" else 4000.)
     assert path.t1[-1] - path.t0[0] == pytest.approx(
         N_DENSE * 0.05 / 300. + ramp, abs=0.002)
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="needs two processors")
+def test_the_number_of_processors_changes_no_byte(tmp_path, dictionary):
+    config = use_own_pins(machine_configs.make_axes(
+        "corexy", 0.04, machine_configs.BED + "\n[force_move]\nenable_force_move: True"
+        "\n" + SHAPER))
+    job = START % {"x": 100, "y": 100} + PAUSE.join([*GROUPS, draw_round()])
+    every = sorted(os.sched_getaffinity(0))
+    outputs = [run_batch(config, job, dictionary, tmp_path, cores).read_bytes()
+               for cores in (every[:1], every)]
+    assert len(outputs[0]) > 5000
+    assert outputs[0] == outputs[1]
 
 
 def draw_round():

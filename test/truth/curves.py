@@ -43,19 +43,38 @@ def count_turns(path, start):
     """Angle of the head over whole turns at the start of each piece.
 
     path: truth.path.Path that keeps away from the z axis.  start: angle
-    before it.  Each piece is straight: it sweeps less than half a turn.
+    before it.
     """
-    s = path.distance_in_piece(np.arange(len(path.t0)), path.duration)
-    x0, y0 = path.x, path.y
-    x1, y1 = x0 + path.rx * s, y0 + path.ry * s
-    sweeps = np.arctan2(x0 * y1 - y0 * x1, x0 * x1 + y0 * y1)
+    sweeps = sweep(path, np.arange(len(path.t0)), path.duration)
     return start + np.concatenate([[0.], np.cumsum(sweeps)])[:-1]
+
+
+def sweep(path, index, local):
+    """By how much the head turned so long after the start of its piece.
+
+    In parts, each of less than half a turn about the z axis.
+    """
+    total = np.zeros(len(index))
+    for is_arc, parts in ((False, 1), (True, 8)):
+        on = np.nonzero((path.rate[index] != 0.) == is_arc)[0]
+        which, times = index[on], local[on]
+        before = path.find_places(which, 0. * times)
+        for part in range(1, parts + 1):
+            now = path.find_places(
+                which, path.distance_in_piece(which, times * part / parts))
+            total[on] += np.arctan2(
+                before[:, 0] * now[:, 1] - before[:, 1] * now[:, 0],
+                before[:, 0] * now[:, 0] + before[:, 1] * now[:, 1])
+            before = now
+    return total
 
 
 def bed_angle(path, t, start):
     """Angle of the head at times t (n,), counted on from `start`."""
     begins = count_turns(path, start)
-    index, _ = path._locate(t)
-    p, x0, y0 = path.xyz(t), path.x[index], path.y[index]
-    return begins[index] + np.arctan2(x0 * p[:, 1] - y0 * p[:, 0],
-                                      x0 * p[:, 0] + y0 * p[:, 1])
+    index, local = path._locate(t)
+    plan = path.find_places(index, path.distance_in_piece(index, local))
+    p = path.xyz(t)         # shaped, maybe
+    off = np.arctan2(plan[:, 0] * p[:, 1] - plan[:, 1] * p[:, 0],
+                     plan[:, 0] * p[:, 0] + plan[:, 1] * p[:, 1])
+    return begins[index] + sweep(path, index, local) + off

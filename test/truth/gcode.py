@@ -15,6 +15,8 @@ IGNORED = {"M104", "M105", "M106", "M107", "M117", "M140", "M73", "G21", "M110",
 # The machine comes to rest.
 STOPS = {"M109", "M190", "M400", "TEMPERATURE_WAIT", "M84", "M18"}
 FULL_EXTRUDE_SECTION = 4.       # squares of the nozzle, default limit
+# The axis at right angles to the plane, and the letters of the middle
+PLANES = {"G17": (2, "IJ"), "G18": (1, "KI"), "G19": (0, "JK")}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,6 +61,16 @@ def _filament_limits(section, velocity, accel):
 
 
 @dataclasses.dataclass
+class Round:
+    """An arc in the plane of the two axes after `normal`: mm, rad."""
+    normal: int
+    middle: tuple
+    radius: float
+    angle: float                # at the start
+    sweep: float                # positive from the first axis to the second
+
+
+@dataclasses.dataclass
 class Wanted:
     """One move as asked for: positions (x, y, z, e) in mm, speed in mm/s."""
     start: tuple
@@ -66,6 +78,7 @@ class Wanted:
     speed: float
     limits: Limits
     advance: float = 0.         # pressure advance, s
+    arc: Round | None = None    # or else straight
 
 
 @dataclasses.dataclass
@@ -86,6 +99,7 @@ class Reader:
         self.speed = 25.
         self.absolute = self.absolute_e = True
         self.homed = list(homed)        # (x, y, z) after each G28
+        self.normal, self.letters = PLANES["G17"]
         self.advance = advance
         self.current = Sequence([])
         self.sequences = []
@@ -123,6 +137,44 @@ class Reader:
         else:
             handler({w[0].upper(): float(w[1:] or 0.) for w in words})
 
+    def do_G17(self, p):
+        self.normal, self.letters = PLANES["G17"]
+
+    def do_G18(self, p):
+        self.normal, self.letters = PLANES["G18"]
+
+    def do_G19(self, p):
+        self.normal, self.letters = PLANES["G19"]
+
+    def do_G2(self, p):
+        # seen from y, x to z is the other way round
+        self._add_arc(p, -1. if self.normal != 1 else 1.)
+
+    def do_G3(self, p):
+        self._add_arc(p, 1. if self.normal != 1 else -1.)
+
+    def _add_arc(self, p, sign):
+        """The middle is taken to where both ends are equally far from it."""
+        axes = (self.normal + 1) % 3, (self.normal + 2) % 3
+        start = [self.position[axis] for axis in axes]
+        middle = [a + p.get(k, 0.) for a, k in zip(start, self.letters, strict=True)]
+        self.do_G1(p)
+        end = [self.position[axis] for axis in axes]
+        chord = [b - a for a, b in zip(start, end, strict=True)]
+        length = math.hypot(*chord)
+        if length:
+            across = (-chord[1] / length, chord[0] / length)
+            half = [0.5 * (a + b) for a, b in zip(start, end, strict=True)]
+            off = sum((m - h) * n for m, h, n in
+                      zip(middle, half, across, strict=True))
+            middle = [h + off * n for h, n in zip(half, across, strict=True)]
+        first, last = (math.atan2(at[1] - middle[1], at[0] - middle[0])
+                       for at in (start, end))
+        sweep = (sign * (last - first)) % (2. * math.pi) if length else 0.
+        self.current.moves[-1].arc = Round(
+            self.normal, tuple(middle), math.dist(start, middle), first,
+            sign * (sweep or 2. * math.pi))
+
     def do_G1(self, p):
         target = list(self.position)
         for i, axis in enumerate("XYZE"):
@@ -133,7 +185,7 @@ class Reader:
             target[i] = origin + p[axis]
         if "F" in p:
             self.speed = p["F"] / 60.
-        if target != self.position:
+        if target != self.position or set(p) & set("IJK"):
             self.current.moves.append(Wanted(
                 tuple(self.position), tuple(target), self.speed, self.limits,
                 self.advance))

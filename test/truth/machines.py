@@ -121,7 +121,8 @@ KINEMATICS = {"cartesian": cartesian, "corexy": corexy, "corexz": corexz,
               "hybrid_corexy": hybrid_corexy, "hybrid_corexz": hybrid_corexz,
               "delta": delta, "deltesian": deltesian, "rotary_delta": rotary_delta,
               "winch": winch, "polar": polar,
-              "generic_cartesian": generic_cartesian}
+              "generic_cartesian": generic_cartesian,
+              "limited_cartesian": cartesian, "limited_corexy": corexy}
 
 
 def steppers(config):

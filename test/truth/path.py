@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Exact positions along a planned path, evaluated the slow and plain way.
 
-A path is a table of pieces of constant acceleration along straight lines,
-ordered in time.  Between pieces the machine rests.  Nothing here knows the
+A path is a table of pieces of constant acceleration along straight lines or
+arcs, ordered in time.  Between pieces the machine rests.  Nothing here knows the
 program under test: the pieces come from `truth.plan`.
 """
 
@@ -10,6 +10,10 @@ import numpy as np
 
 PIECE_FIELDS = ("t0", "duration", "v0", "accel", "x", "y", "z", "rx", "ry", "rz",
                 "e", "re", "advance")
+# Of arcs: the axis they turn around (0, 1, 2), middle and radius in the plane of
+# the next two axes, angle at the start of the piece and rad a mm of the way
+ARC_FIELDS = ("normal", "middle_a", "middle_b", "radius", "angle", "rate")
+NO_ARC = (0.,) * len(ARC_FIELDS)
 GAUSS = 1.0 / np.sqrt(3.0)
 BATCH = 200000
 
@@ -18,8 +22,11 @@ class Path:
     """Pieces of a plan as arrays, shape (n,) each; mm, s."""
 
     def __init__(self, pieces):
-        table = np.array(pieces, dtype=np.float64).reshape(-1, len(PIECE_FIELDS))
-        for i, name in enumerate(PIECE_FIELDS):
+        fields = PIECE_FIELDS + ARC_FIELDS
+        pieces = [row if len(row) == len(fields) else (*row, *NO_ARC)
+                  for row in pieces]
+        table = np.array(pieces, dtype=np.float64).reshape(-1, len(fields))
+        for i, name in enumerate(fields):
             setattr(self, name, table[:, i].copy())
         self.t1 = self.t0 + self.duration
 
@@ -36,10 +43,23 @@ class Path:
     def xyz(self, t):
         """Positions (n, 3) at times t (n,)."""
         index, local = self._locate(np.asarray(t, dtype=np.float64))
-        s = self.distance_in_piece(index, local)
-        return np.stack([self.x[index] + self.rx[index] * s,
-                         self.y[index] + self.ry[index] * s,
-                         self.z[index] + self.rz[index] * s], axis=1)
+        return self.find_places(index, self.distance_in_piece(index, local))
+
+    def find_places(self, index, s):
+        """Positions (n, 3), s mm (n,) after the starts of pieces."""
+        points = np.stack([self.x[index] + self.rx[index] * s,
+                           self.y[index] + self.ry[index] * s,
+                           self.z[index] + self.rz[index] * s], axis=1)
+        for normal in range(3):
+            on = np.nonzero((self.rate[index] != 0.)
+                            & (self.normal[index] == normal))[0]
+            which = index[on]
+            angle = self.angle[which] + self.rate[which] * s[on]
+            points[on, (normal + 1) % 3] = (self.middle_a[which]
+                                            + self.radius[which] * np.cos(angle))
+            points[on, (normal + 2) % 3] = (self.middle_b[which]
+                                            + self.radius[which] * np.sin(angle))
+        return points
 
     def extruder(self, t, advance=0.0, smooth_time=0.0):
         """Filament position (n,) with smoothed linear pressure advance.

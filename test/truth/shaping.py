@@ -9,7 +9,7 @@ Kernels: the design of docs/input_shaping.md, solved by Gauss and numpy.
 import numpy as np
 from numpy.polynomial import legendre, polynomial
 
-from truth.path import Path
+from truth.path import PIECE_FIELDS, Path
 
 TOLERATED = 0.05
 # width (periods), band, number of free coefficients, roughness
@@ -104,6 +104,7 @@ class ShapedPath(Path):
     def __init__(self, pieces, axes):
         """axes: {0..2: (name, freq, damping)}."""
         super().__init__(pieces)
+        self.filament = None
         self.shapers = {axis: (kernel if s[0] in KERNELS else impulses)(*s)
                         + (s[0] in KERNELS,) for axis, s in axes.items()}
 
@@ -115,6 +116,11 @@ class ShapedPath(Path):
                                sum(w * super(ShapedPath, self).xyz(t - d)[:, axis]
                                    for w, d in zip(shape, times, strict=True)))
         return result
+
+    def extruder(self, t, advance=0., smooth_time=0.):
+        if self.filament is None:
+            return super().extruder(t, advance, smooth_time)
+        return self.filament.extruder(t, advance, smooth_time)
 
     def _smooth(self, t, axis, coeffs, half):
         """Gauss's rule between the borders of pieces, exact for polynomials."""
@@ -139,6 +145,73 @@ class ShapedPath(Path):
         return middle + total
 
 
+class ShapedFilament:
+    """Filament that is laid down by shaped axes, the slow way.
+
+    Each axis gets the part of a piece's filament that is the square of the axis'
+    share of the way, as a path of its own, which is led, smoothed and averaged
+    alone.  What is pushed at rest is averaged by nothing.
+    """
+
+    PANELS = 12
+
+    def __init__(self, pieces, axes):
+        """axes: as for ShapedPath."""
+        # shaped paths have no arcs: the fields of these are left out
+        rows = np.array([piece[:len(PIECE_FIELDS)] for piece in pieces],
+                        dtype=np.float64)
+        self.base = rows[0, PIECE_FIELDS.index("e")]
+        ratios = rows[:, PIECE_FIELDS.index("rx"):PIECE_FIELDS.index("rz") + 1]
+        length2 = (ratios ** 2).sum(axis=1)
+        left = np.ones(len(rows))
+        self.parts = []
+        for axis, setting in axes.items():
+            share = np.where(length2 > 0., ratios[:, axis] ** 2
+                             / np.where(length2 > 0., length2, 1.), 0.)
+            left = left - share
+            self.parts.append((self._split(rows, share), setting))
+        self.parts.append((self._split(rows, left), None))
+
+    @staticmethod
+    def _split(rows, share):
+        """A Path whose filament is a share of each row's."""
+        rows = rows.copy()
+        e, re = PIECE_FIELDS.index("e"), PIECE_FIELDS.index("re")
+        rows[:, re] *= share
+        duration, v0, accel = rows[:, 1], rows[:, 2], rows[:, 3]
+        ways = rows[:, re] * (v0 + 0.5 * accel * duration) * duration
+        rows[:, e] = np.cumsum(ways) - ways
+        return Path(rows)
+
+    def extruder(self, t, advance=0., smooth_time=0.):
+        """As that of Path."""
+        t = np.asarray(t, dtype=np.float64)
+        total = np.full(len(t), self.base)
+        for path, setting in self.parts:
+            def part(at, path=path):
+                return path.extruder(at, advance, smooth_time)
+            if setting is None:
+                total += part(t)
+            elif setting[0] in KERNELS:
+                total += self._smooth(part, t, *kernel(*setting))
+            else:
+                total += sum(w * part(t - d) for w, d in zip(
+                    *impulses(*setting), strict=True))
+        return total
+
+    def _smooth(self, part, t, coeffs, half):
+        """Gauss's rule in panels; what is averaged is smooth enough for that."""
+        total = np.zeros(len(t))
+        width = 1. / self.PANELS
+        for i in range(self.PANELS):
+            centre = (2 * i + 1) * width - 1.
+            for node, weight in zip(NODES, NODE_WEIGHTS, strict=True):
+                u = centre + node * width
+                total += (weight * width * polynomial.polyval(u, coeffs)
+                          * part(t - u * half))
+        return total
+
+
 class Shaping:
     """The section [input_shaper] of a config, for the judge."""
 
@@ -152,6 +225,7 @@ class Shaping:
                 self.axes[axis] = (kind, freq,
                                    float(section.get("damping_ratio_" + name, 0.1)))
         self.window = max(self._get_reach(s) for s in self.axes.values())
+        self.is_filament_shaped = "enabled_extruders" in section
 
     @staticmethod
     def _get_reach(setting):
@@ -160,4 +234,7 @@ class Shaping:
         return np.abs(impulses(*setting)[1]).max()
 
     def make_path(self, rows):
-        return ShapedPath(rows, self.axes)
+        path = ShapedPath(rows, self.axes)
+        if self.is_filament_shaped:
+            path.filament = ShapedFilament(rows, self.axes)
+        return path

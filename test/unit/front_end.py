@@ -60,6 +60,9 @@ class Section:
     def getint(self, option, default=MISSING, **limits):
         return self.get(option, default, parser=int)
 
+    def getboolean(self, option, default=MISSING):
+        return self.get(option, default, parser=lambda text: text == "True")
+
     def getchoice(self, option, choices, default=MISSING):
         return choices[self.get(option, default)]
 

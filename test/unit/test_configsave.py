@@ -3,12 +3,19 @@
 
 import datetime
 import os
+import pathlib
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from klippy.configsave import build_file, comment_out, write_with_backup
+from klippy import configsave
+from klippy.configsave import (
+    build_file,
+    comment_out,
+    find_overridden,
+    write_with_backup,
+)
 from klippy.configtext import ConfigReader
 
 VALUE = r"[0-9a-z][0-9a-z.,\- ]{0,9}[0-9a-z](\n[0-9a-z]+){0,3}"
@@ -122,3 +129,140 @@ def test_failure_at_any_step_leaves_old_or_new(tmp_path, monkeypatch, n_good):
         pass
     assert path.read_text() in ("old", "new")
     assert n_good < 5 or path.read_text() == "new"
+
+
+class PowerCut(BaseException):
+    """Nothing of the program runs after it, no cleanup either."""
+
+
+class CutDisk:
+    """A disk whose power goes at the n-th step; what was not synced is half there."""
+
+    STEPS = ("open", "write", "fsync", "chmod", "replace")
+
+    def __init__(self, monkeypatch, n_good):
+        self.n_left, self.is_cut, self.loose = n_good, False, {}
+        self.monkeypatch = monkeypatch
+        monkeypatch.setattr(configsave, "open", self.open_file, raising=False)
+        for name in ("fsync", "chmod", "replace"):
+            monkeypatch.setattr(os, name, self.wrap(getattr(os, name), name))
+        # what a dead program would not do
+        unlink = pathlib.Path.unlink
+        monkeypatch.setattr(
+            pathlib.Path, "unlink", lambda path, **options:
+            None if self.is_cut else unlink(path, **options))
+
+    def step(self):
+        self.n_left -= 1
+        if self.n_left < 0:
+            self.is_cut = True
+            raise PowerCut
+
+    def wrap(self, func, name):
+        def call(target, *args):
+            self.step()
+            if name == "fsync":
+                self.loose = {path: file for path, file in self.loose.items()
+                              if file.fileno() != target}
+            return func(target, *args)
+        return call
+
+    def open_file(self, path, mode):
+        self.step()
+        file = open(path, mode)
+        if "w" in mode:
+            self.loose[path] = file
+            write = file.write
+            file = CutFile(file, lambda data: (self.step(), write(data)))
+        return file
+
+    def come_back(self):
+        """Power is there again: the files are what reached the disk."""
+        for path, file in self.loose.items():
+            if not file.closed:
+                file.close()
+            data = path.read_bytes()
+            path.write_bytes(data[:len(data) // 2])
+        self.monkeypatch.undo()
+
+
+class CutFile:
+    def __init__(self, file, write):
+        self.file, self.write = file, write
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *args):
+        if args[0] is None:
+            self.file.close()
+
+    def __getattr__(self, name):
+        return getattr(self.file, name)
+
+
+@pytest.mark.parametrize("n_good", range(10))
+def test_power_cut_at_any_step(tmp_path, monkeypatch, n_good):
+    path = tmp_path / "printer.cfg"
+    path.write_text("[a]\nx: 1\n")
+    new = build_file("printer.cfg", "[a]\nx: 1\n", {"a": {"x": "2"}})
+    disk = CutDisk(monkeypatch, n_good)
+    is_done = False
+    try:
+        write_with_backup(path, new, NOW)
+        is_done = True
+    except PowerCut:
+        pass
+    disk.come_back()
+    value = ConfigReader().read(str(path)).get("a", "x")
+    assert value in ("1", "2") and (value == "2" or not is_done)
+    assert is_done == (n_good >= 9)
+    # what the cut left behind is in nobody's way
+    write_with_backup(path, new, NOW)
+    assert path.read_text() == new
+
+
+def test_options_of_included_files(tmp_path):
+    """The saved value counts, and the included file stays what it was."""
+    included = "[extruder]\npid_kp: 1\n[bed_mesh]\nspeed: 5\n"
+    (tmp_path / "more.cfg").write_text(included)
+    main = "[include more.cfg]\n[extruder]\npid_ki: 2\n"
+    (tmp_path / "p.cfg").write_text(main)
+    saved = {"extruder": {"pid_kp": "22", "pid_ki": "3"}}
+    for _ in range(2):
+        text = build_file("p.cfg", (tmp_path / "p.cfg").read_text(), saved)
+        store = read_back(tmp_path, text)
+        assert [store.get("extruder", name) for name in ("pid_kp", "pid_ki")] == [
+            "22", "3"]
+        assert store.get("bed_mesh", "speed") == "5"
+    assert (tmp_path / "more.cfg").read_text() == included
+    (warning,) = store.warnings
+    assert "more.cfg" in warning[0] and "overridden" in warning[0]
+
+
+def test_saved_value_over_an_included_one_warns_once(tmp_path):
+    """Only while the included value is another one than when it was saved."""
+    (tmp_path / "more.cfg").write_text("[extruder]\npid_kp: 1 2\nrotation: a\n  \"b\n")
+    (tmp_path / "p.cfg").write_text("[include more.cfg]\n[fan]\npin: x\n")
+    saved = {"extruder": {"pid_kp": "22", "rotation": "7"}, "fan": {"pin": "y"}}
+    store = ConfigReader().read(str(tmp_path / "p.cfg"))
+    for _ in range(2):      # the second time from the remarks of the first
+        overridden = find_overridden(store, saved)
+        assert overridden == {("extruder", "pid_kp"): "1 2",
+                              ("extruder", "rotation"): 'a\n"b'}
+        text = build_file("p.cfg", (tmp_path / "p.cfg").read_text(), saved, overridden)
+        store = read_back(tmp_path, text)
+        assert store.get("extruder", "pid_kp") == "22" and not store.warnings
+        assert store.get("extruder", "rotation") == "7"
+    (tmp_path / "more.cfg").write_text("[extruder]\npid_kp: 5\n")
+    store = ConfigReader().read(str(tmp_path / "p.cfg"))
+    (warning,) = store.warnings
+    assert "more.cfg:2" in warning[0] and "pid_kp" in warning[0]
+
+
+def test_remark_changed_by_hand_is_no_error(tmp_path):
+    (tmp_path / "more.cfg").write_text("[fan]\npin: x\n")
+    text = build_file("p.cfg", "[include more.cfg]\n", {"fan": {"pin": "y"}},
+                      {("fan", "pin"): "x"})
+    store = read_back(tmp_path, text.replace('overrides "x"', 'overrides "x\\"'))
+    assert store.get("fan", "pin") == "y" and len(store.warnings) == 1

@@ -160,3 +160,22 @@ def test_any_bytes_give_a_config_or_an_error(tmp_path_factory, data):
         assert "fuzz.cfg" in str(err)
     else:
         assert all(isinstance(name, str) for name in store.sections())
+
+
+def test_utf_16_is_one_error(tmp_path):
+    (tmp_path / "p.cfg").write_bytes("[a]\nx: 1\n".encode("utf-16"))
+    with pytest.raises(ConfigError) as info:
+        ConfigReader().read(str(tmp_path / "p.cfg"))
+    assert str(info.value).endswith("p.cfg:1: the file is in UTF-16: save it as UTF-8")
+
+
+def test_file_of_another_kind_is_not_told_line_by_line(tmp_path):
+    """The other files of the config are still looked at."""
+    (tmp_path / "photo.cfg").write_bytes(b"\0\xff\n" * 100000)
+    (tmp_path / "p.cfg").write_text("[include photo.cfg]\n[a]\nx\n")
+    with pytest.raises(ConfigErrors) as info:
+        ConfigReader().read(str(tmp_path / "p.cfg"))
+    texts = str(info.value).split("\n")
+    assert len(texts) == 22
+    assert "photo.cfg:21: 20 lines of this file are wrong" in texts[-2]
+    assert "p.cfg:3: 'x' is not an option" in texts[-1]

@@ -21,12 +21,17 @@ def test_place_comes_first():
 
 
 def test_as_plain_data():
+    unknown = dict.fromkeys(("column", "section", "option", "nearest"))
     assert errors.describe(errors.ConfigError("bad", errors.Place("p.cfg", 7))) == {
-        "kind": "ConfigError", "message": "bad", "file": "p.cfg", "line": 7}
+        "kind": "ConfigError", "message": "bad", "file": "p.cfg", "line": 7, **unknown}
+    assert errors.describe(errors.ConfigError(
+        "bad", errors.Place("p.cfg", 7, 3), "fan", "pinn", "pin")) == {
+            "kind": "ConfigError", "message": "bad", "file": "p.cfg", "line": 7,
+            "column": 3, "section": "fan", "option": "pinn", "nearest": "pin"}
     assert errors.describe(errors.ConfigError("bad", errors.Place("p.cfg")))[
         "line"] is None
     assert errors.describe(errors.McuError("lost", {"mcu": "mcu"})) == {
-        "kind": "McuError", "message": "lost", "file": None, "line": None}
+        "kind": "McuError", "message": "lost", "file": None, "line": None, **unknown}
 
 
 def test_collecting_flattens():

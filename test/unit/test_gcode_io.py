@@ -56,6 +56,18 @@ def test_splitter():
     assert splitter.feed(b"more") == [] and splitter.feed(b"end\nd\n") == [None, b"d"]
 
 
+def test_link_is_removed_while_it_is_ours(tmp_path):
+    link = tmp_path / "tty"
+    master = gcode_io.create_terminal(str(link))
+    target = os.readlink(link)
+    gcode_io.remove_terminal(str(link), "/dev/pts/another")
+    assert link.is_symlink()
+    gcode_io.remove_terminal(str(link), target)
+    assert not link.is_symlink()
+    gcode_io.remove_terminal(str(link), target)
+    os.close(master)
+
+
 class Tty:
     """The other side of the terminal."""
 

@@ -4,7 +4,7 @@
 import math
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from truth import gcode
 from truth import plan as truth
@@ -145,9 +145,21 @@ def jobs(draw):
     return chain(ways, base)
 
 
+@pytest.mark.parametrize(("turn", "is_corner"), [(0.8e-6, False), (5e-6, True)])
+def test_a_turn_below_rounding_is_straight(turn, is_corner):
+    limits = gcode.dataclasses.replace(LIMITS, corner_velocity=0.)
+    wanted = chain([((5., 0., 0., 0.), 10., None),
+                    ((5., 5. * turn, 0., 0.), 10., None)], limits)
+    compare(wanted)
+    assert speeds(run_planner(wanted)[0])[2] == (0. if is_corner else 10.)
+
+
 @settings(max_examples=250, deadline=None)
 @given(jobs())
 def test_speeds_follow_the_page(wanted):
+    planned = truth.plan(wanted)
+    assume(not any(truth.is_nearly_straight(p, q)
+                   for p, q in zip(planned, planned[1:], strict=False)))
     compare(wanted)
 
 

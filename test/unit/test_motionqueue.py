@@ -10,7 +10,7 @@ from klippy_ext.kin_extruder import ExtruderKinematics
 from klippy_ext.kin_linear import LinearKinematics
 from klippy_ext.trapq import TrapMove
 
-LEAD = 0.30
+LEAD = 0.60
 
 
 class Mcu:
@@ -161,7 +161,8 @@ def test_planner_is_asked_before_its_plan_runs_out(queue, reactor):
     assert planner == []
     run_for(reactor, 0.55)
     # first after the time to collect moves, then with every turn of the timer
-    assert [time for time, _ in planner] == pytest.approx([0.4, 0.5, 0.6, 0.7, 0.8])
+    assert [time for time, _ in planner] == pytest.approx(
+        [0.1 * i + LEAD + 0.1 for i in range(5)])
     assert flushes == []
     planner.wants_more = False
     run_for(reactor, 1.)
@@ -270,6 +271,21 @@ def test_file_output_has_no_timer_and_no_drip(reactor, run_in_reactor):
     queue.note_mcu_movequeue_activity(7.)
     queue.printer.handlers["gcode:debuginput_exit"]()
     assert flushes[-1] == (7., 7.)
+
+
+def test_file_output_plans_on_while_steps_are_made(reactor):
+    queue = MotionQueue(Printer(reactor, is_file=True))
+    trapq, flushes = queue.allocate_trapq(), Flushes(queue)
+    add_move(trapq, 0., 10.)
+    queue.advance(1.9)
+    assert flushes == [] and queue.in_making is None
+    queue.advance(2.)
+    assert flushes == [(2., 2.)] and queue.in_making is not None
+    queue.settle()
+    assert queue.in_making is None
+    queue.advance(4.)
+    queue.flush_all_steps()
+    assert flushes == [(2., 2.), (4., 4.)] and queue.in_making is None
 
 
 def test_wiped_motion_ends_where_steps_are_made(queue):

@@ -53,6 +53,23 @@ def test_tells_state_and_signs_of_life(manager):
     printer.close()
 
 
+def test_another_state_is_told_within_a_second(manager):
+    address, sock = manager
+    notifier = Notifier({"NOTIFY_SOCKET": address, "WATCHDOG_USEC": "90000000"})
+    printer = make_printer()
+    state = ["startup"]
+    printer.get_state_message = lambda: ("Text", state[0])
+    notifier.watch(printer)
+    printer.run_for(0.1)
+    state[0] = "ready"
+    printer.run_for(1.1)
+    assert [m["STATUS"] for m in hear(sock)] == ["startup: Text", "ready: Text"]
+    printer.run_for(20.)
+    assert hear(sock) == []
+    notifier.close()
+    printer.close()
+
+
 def test_watchdog_of_another_process_is_not_served(manager):
     address, sock = manager
     notifier = Notifier({"NOTIFY_SOCKET": address, "WATCHDOG_USEC": "1000000",

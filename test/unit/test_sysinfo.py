@@ -35,3 +35,16 @@ def test_stale_modules_are_found(tmp_path, monkeypatch):
     assert sysinfo.find_stale_modules(tmp_path) == [str(tmp_path / "old.py")]
     monkeypatch.setenv("KLIPPY_PURE", "1")
     assert sysinfo.find_stale_modules(tmp_path) == []
+
+
+def test_installed_package_has_no_stale_modules(tmp_path, monkeypatch):
+    """Its files have the times of unpacking, in any order."""
+    (tmp_path / "klippy").mkdir()
+    (tmp_path / "klippy/a.so").write_text("")
+    (tmp_path / "klippy/a.py").write_text("")
+    os.utime(tmp_path / "klippy/a.so", (1, 1))
+    monkeypatch.delenv("KLIPPY_PURE", raising=False)
+    monkeypatch.setattr(sysinfo, "ROOT", tmp_path)
+    assert sysinfo.find_stale_modules() == []
+    (tmp_path / "setup.py").write_text("")
+    assert sysinfo.find_stale_modules() == [str(tmp_path / "klippy/a.py")]

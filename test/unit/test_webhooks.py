@@ -112,10 +112,12 @@ def test_info_lists_the_errors_of_the_config(client, printer):
     printer.load_errors = [ConfigError("Option 'x' is wrong", Place("a.cfg", 5)),
                            McuError("no answer")]
     printer.get_state_message = lambda: ("a.cfg:5: Option 'x' is wrong", "error")
+    unknown = dict.fromkeys(("column", "section", "option", "nearest"))
     assert client.ask("info")["errors"] == [
         {"kind": "ConfigError", "message": "Option 'x' is wrong", "file": "a.cfg",
-         "line": 5},
-        {"kind": "McuError", "message": "no answer", "file": None, "line": None}]
+         "line": 5, **unknown},
+        {"kind": "McuError", "message": "no answer", "file": None, "line": None,
+         **unknown}]
 
 
 def test_gcode_endpoints(client, printer):

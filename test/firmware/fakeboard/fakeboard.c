@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * A board for tests. */
-#include <sanitizer/common_interface_defs.h>
 #include <string.h>
 #include <ucontext.h>
 
@@ -16,6 +15,17 @@
 #include "board/timer.h"
 #include "core/sched.h"
 #include "fakeboard.h"
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__clang__)
+#include <sanitizer/common_interface_defs.h>
+#define SWITCH_START __sanitizer_start_switch_fiber
+#define SWITCH_FINISH __sanitizer_finish_switch_fiber
+#else
+#define SWITCH_START(SAVE, BOTTOM, SIZE) \
+    ((void)(BOTTOM), (void)(SIZE), *(SAVE) = NULL)
+#define SWITCH_FINISH(SAVE, BOTTOM, SIZE) \
+    ((void)(SAVE), (void)(BOTTOM), (void)(SIZE))
+#endif
 
 DECL_ENUMERATION_RANGE("pin", "gpio0", 0, 256);
 DECL_CONSTANT("ADC_MAX", 4095);
@@ -34,7 +44,7 @@ static size_t test_stack_size;
 
 static void run_firmware(void)
 {
-    __sanitizer_finish_switch_fiber(NULL, &test_stack, &test_stack_size);
+    SWITCH_FINISH(NULL, &test_stack, &test_stack_size);
     sched_main();
 }
 
@@ -42,9 +52,9 @@ static void leave_firmware(void)
 {
     void *fiber;
 
-    __sanitizer_start_switch_fiber(&fiber, test_stack, test_stack_size);
+    SWITCH_START(&fiber, test_stack, test_stack_size);
     swapcontext(&firmware_side, &test_side);
-    __sanitizer_finish_switch_fiber(fiber, &test_stack, &test_stack_size);
+    SWITCH_FINISH(fiber, &test_stack, &test_stack_size);
 }
 
 static void enter_firmware(void)
@@ -57,10 +67,9 @@ static void enter_firmware(void)
         firmware_side.uc_stack.ss_size = sizeof(firmware_stack);
         makecontext(&firmware_side, run_firmware, 0);
     }
-    __sanitizer_start_switch_fiber(&fiber, firmware_stack,
-                                   sizeof(firmware_stack));
+    SWITCH_START(&fiber, firmware_stack, sizeof(firmware_stack));
     swapcontext(&test_side, &firmware_side);
-    __sanitizer_finish_switch_fiber(fiber, NULL, NULL);
+    SWITCH_FINISH(fiber, NULL, NULL);
 }
 
 
@@ -86,6 +95,19 @@ static void pass_point(void)
     fake.irqs_off = true;
     run_first_timer();
     fake.irqs_off = false;
+}
+
+/* What the contracts of src/board call "irqs off". */
+static void require_irqs_off(void)
+{
+    if (!fake.irqs_off)
+        __builtin_trap();
+}
+
+void fake_note_access(void)
+{
+    if (!fake.irqs_off)
+        pass_point();
 }
 
 void irq_disable(void)
@@ -114,12 +136,16 @@ void irq_restore(irq_flag_t flag)
         pass_point();
 }
 
+/* No task leaves interrupts off. */
 void irq_poll(void)
 {
+    if (fake.irqs_off)
+        __builtin_trap();
 }
 
 void irq_wait(void)
 {
+    require_irqs_off();
     if (fake.feed && fake.feed()) {
         console_note_rx();
         return;
@@ -148,6 +174,7 @@ void fake_delay(uint32_t ticks)
 
 void timer_kick(uint32_t clock)
 {
+    require_irqs_off();
     fake.timer = clock;
 }
 
@@ -185,18 +212,23 @@ static uint16_t calc_crc(const uint8_t *data, size_t len)
     return (uint16_t)crc;
 }
 
+void fake_put_trailer(uint8_t *block, size_t len)
+{
+    uint16_t crc = calc_crc(block, len);
+
+    block[len] = (uint8_t)(crc >> 8);
+    block[len + 1] = (uint8_t)crc;
+    block[len + 2] = 0x7e;
+}
+
 bool fake_send(const uint8_t *payload, size_t len)
 {
     uint8_t block[CONSOLE_BLOCK_MAX];
-    uint16_t crc;
 
     block[0] = (uint8_t)(len + 5);
     block[1] = (uint8_t)(0x10 | fake.next_seq);
     memcpy(block + 2, payload, len);
-    crc = calc_crc(block, len + 2);
-    block[len + 2] = (uint8_t)(crc >> 8);
-    block[len + 3] = (uint8_t)crc;
-    block[len + 4] = 0x7e;
+    fake_put_trailer(block, len + 2);
     fake.next_seq = (fake.next_seq + 1) & 15;
     return fake_receive(block, len + 5);
 }
@@ -213,6 +245,8 @@ void console_consume(uint8_t len)
     memmove(fake.rx, fake.rx + len, fake.rx_len);
 }
 
+enum { BLOCK_MIN = 5 };
+
 static uint8_t tx[CONSOLE_BLOCK_MAX];
 
 uint8_t *console_reserve(uint8_t len)
@@ -228,6 +262,8 @@ void console_commit(uint8_t len)
         __builtin_trap();
     fake.next_seq = tx[1] & 15;
     fake.n_blocks++;
+    if (fake.note_message && len > BLOCK_MIN)
+        fake.note_message(tx + 2, (uint8_t)(len - BLOCK_MIN));
 }
 
 
@@ -268,8 +304,7 @@ void gpio_float(struct gpio_in in, int8_t pull)
 
 void gpio_toggle_irq(struct gpio_out out)
 {
-    if (!fake.irqs_off)
-        __builtin_trap();
+    require_irqs_off();
     set_level(out.pin, !fake.levels[out.pin]);
 }
 
@@ -292,13 +327,18 @@ struct gpio_adc adc_setup(uint32_t pin)
     return (struct gpio_adc){ (uint8_t)pin };
 }
 
-/* Busy every other time, as a converter that others use too. */
+enum { ADC_BUSY_TICKS = 200 };
+
+/* Busy every other time, as a converter that others use too; nobody is to ask
+ * again too early (by the time of his timer, for he may be late). */
 uint32_t adc_sample(struct gpio_adc adc)
 {
-    static uint8_t n_calls;
-
     (void)adc;
-    return ++n_calls & 1 ? 200 : 0;
+    if (fake.is_adc_busy && timer_is_before(fake.timer, fake.adc_ready))
+        __builtin_trap();
+    fake.is_adc_busy = ++fake.n_samples & 1;
+    fake.adc_ready = fake.timer + ADC_BUSY_TICKS;
+    return fake.is_adc_busy ? ADC_BUSY_TICKS : 0;
 }
 
 uint16_t adc_read(struct gpio_adc adc)
@@ -309,6 +349,7 @@ uint16_t adc_read(struct gpio_adc adc)
 void adc_cancel(struct gpio_adc adc)
 {
     (void)adc;
+    fake.is_adc_busy = false;
 }
 
 struct gpio_pwm pwm_setup(uint32_t pin, uint32_t cycle_ticks, uint16_t value)
@@ -332,10 +373,8 @@ void pwm_write(struct gpio_pwm pwm, uint16_t value)
 
 static uint8_t make_answer(void)
 {
-    static uint32_t seed = 1;
-
-    seed = seed * 1664525 + 1013904223;
-    return (uint8_t)(seed >> 24);
+    fake.noise = fake.noise * 1664525 + 1013904223;
+    return (uint8_t)(fake.noise >> 24);
 }
 
 struct spi_config spi_setup(uint32_t bus, uint8_t mode, uint32_t rate)

@@ -31,16 +31,26 @@ struct fakeboard {
     struct fake_edge edges[FAKE_MAX_EDGES];
     uint32_t n_edges;
     uint8_t levels[256], inputs[256];
+    bool is_adc_busy;
+    uint32_t adc_ready;        /* clock */
+    uint32_t n_samples, noise; /* of the converter; what devices answer */
     uint8_t rx[FAKE_RX_SIZE], rx_len;
     bool (*feed)(void);     /* when idle: sends more, or returns false */
+    void (*note_message)(const uint8_t *payload, uint8_t len); /* sent */
     uint8_t next_seq;       /* as the firmware's last block said */
     uint32_t n_blocks;
 };
 
 extern struct fakeboard fake;
 
+/* The firmware is about to access memory (interleave.c): a point, too. */
+void fake_note_access(void);
+
 /* Bytes arrive; false if they do not fit. */
 bool fake_receive(const uint8_t *data, size_t len);
+
+/* The checksum and the end of a block of which `len` bytes are there. */
+void fake_put_trailer(uint8_t *block, size_t len);
 
 /* A block with this payload arrives, framed as it should be. */
 bool fake_send(const uint8_t *payload, size_t len);

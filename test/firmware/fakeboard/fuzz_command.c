@@ -1,39 +1,35 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Any bytes at the console: nothing may crash, and afterwards the firmware
- * answers.  LLVMFuzzerTestOneInput() serves libFuzzer as well.
- *
- * An input is a run of chunks.  A chunk's first byte is its length (6 bits) and
- * whether it comes in a proper block (bit 6 clear) or raw.  With bit 7 of the
- * first chunk the firmware has been configured before. */
+ * answers.  LLVMFuzzerTestOneInput() serves libFuzzer as well. */
 #include <string.h>
 
+#include "board/timer.h"
 #include "core/command.h"
 #include "core/sched.h"
-#include "core/tables.h"
 #include "fakeboard.h"
+#include "fuzz_input.h"
 #include "fuzz_message.h"
+#include "send_command.h"
 #include "tests.h"
 
-enum { N_INPUTS = 4000, MAX_INPUT = 400, MAX_EVENTS = 300 };
+enum { N_INPUTS = 4000, MAX_INPUT = 400, MAX_EVENTS = 300,
+       LONG_TICKS = 40000 };
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
-
+/* Time passes, unless too much happens in it. */
 static void run_for(uint32_t ticks)
 {
-    fake_run(fake.clock + ticks, MAX_EVENTS);
+    uint32_t until = fake.clock + ticks;
+
+    fake_run(until, MAX_EVENTS);
+    if (timer_is_before(until, fake.timer))
+        fake.clock = until;
 }
 
 static void send_values(void *handler, int n, const uint32_t *values)
 {
-    uint8_t payload[COMMAND_PAYLOAD_MAX], *p;
-    uint32_t id = 0;
+    uint8_t payload[COMMAND_PAYLOAD_MAX];
 
-    while ((void *)tables_commands[id].handler != handler)
-        id++;
-    p = command_put_int(payload, id);
-    for (int i = 0; i < n; i++)
-        p = command_put_int(p, values[i]);
-    fake_send(payload, (size_t)(p - payload));
+    fake_send(payload, put_command(payload, handler, n, values));
     run_for(0);
 }
 
@@ -41,11 +37,6 @@ static void send_command(void *handler)
 {
     send_values(handler, 0, NULL);
 }
-
-#define SEND(NAME, ...) \
-    send_values((void *)command_##NAME, \
-                (int)(sizeof((uint32_t[]){ __VA_ARGS__ }) / 4), \
-                (uint32_t[]){ __VA_ARGS__ })
 
 static void configure_peripherals(void)
 {
@@ -101,16 +92,22 @@ static void configure(void)
     SEND(config_trsync, 5);
     SEND(config_endstop, 6, 16, 1);
     SEND(config_analog_in, 7, 17);
-    SEND(config_pwm_out, 8, 18, 1000, 0, 5, 90000);
+    SEND(config_pwm_out, 8, 18, 1000, 5, 5, 90000);
     configure_peripherals();
     configure_sensors();
     SEND(finalize_config, 1);
 }
 
-/* Whatever has happened: end it, and start over without a configuration. */
+/* Whatever has happened: end it, and start over without a configuration, at
+ * always the same clock. */
 static void start_over(void)
 {
     uint8_t sync = 0x7e;
+
+    fake.clock = FUZZ_CLOCK;
+    fake.timer = FUZZ_CLOCK + (1u << 28);
+    fake.is_adc_busy = false;
+    fake.n_samples = fake.noise = 0;
 
     fake.rx_len = 0;
     fake_receive(&sync, 1);
@@ -125,19 +122,22 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     uint32_t n_blocks;
 
-    if (size && data[0] & 128) {
+    start_over();
+    if (size && data[0] & FUZZ_CONFIGURED) {
         configure();
         CHECK(!sched_is_shutdown());
     }
-    while (size > 1) {
-        size_t len = data[0] & 63;
-        bool is_raw = data[0] & 64;
+    while (size) {
+        size_t len = data[0] & FUZZ_LENGTH;
+        bool is_raw = data[0] & FUZZ_RAW;
         data++, size--;
         if (len > size)
             len = size;
         if (len > COMMAND_PAYLOAD_MAX)
             len = COMMAND_PAYLOAD_MAX;
-        if (is_raw ? fake_receive(data, len) : fake_send(data, len))
+        if (is_raw && !len)
+            run_for(LONG_TICKS);
+        else if (is_raw ? fake_receive(data, len) : fake_send(data, len))
             run_for(1000);
         data += len, size -= len;
     }

@@ -5,6 +5,7 @@
 #include "core/tables.h"
 #include "fakeboard.h"
 #include "fuzz_message.h"
+#include "send_command.h"
 #include "tests.h"
 
 struct known_command {
@@ -77,17 +78,23 @@ static uint8_t *put_buffer(uint8_t *p, uint8_t room, uint32_t *seed)
     return p;
 }
 
-uint8_t *fuzz_put_message(uint8_t *p, uint32_t *seed)
+uint32_t fuzz_pick_command(uint8_t *oid, uint32_t *seed)
 {
     const struct known_command *pick = &known[next_random(seed) % N_KNOWN];
-    const struct command_entry *entry = tables_commands;
-    uint8_t n = 0;
 
-    while ((void *)entry->handler != pick->handler)
-        entry++;
-    p = command_put_int(p, (uint32_t)(entry - tables_commands));
+    *oid = pick->oid;
+    return find_command(pick->handler);
+}
+
+uint8_t *fuzz_put_message(uint8_t *p, uint32_t *seed)
+{
+    uint8_t oid, n = 0;
+    uint32_t id = fuzz_pick_command(&oid, seed);
+    const struct command_entry *entry = &tables_commands[id];
+
+    p = command_put_int(p, id);
     if (next_random(seed) % 32) {
-        p = command_put_int(p, pick->oid);
+        p = command_put_int(p, oid);
         n++;
     }
     for (; n < entry->n_params; n++)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * usage: klipper.elf sched|injection|fuzz SEED */
+ * usage: klipper.elf sched|fuzz SEED | races
+ *        klipper.elf injection FIRST STRIDE */
 #include <stdint.h>
 #include <string.h>
 
@@ -12,7 +13,9 @@ int main(int argc, char **argv)
     if (argc > 1 && !strcmp(argv[1], "sched"))
         test_sched(seed);
     else if (argc > 1 && !strcmp(argv[1], "injection"))
-        test_injection(seed);
+        test_injection(seed, argc > 3 ? (uint32_t)atoi(argv[3]) : 1);
+    else if (argc > 1 && !strcmp(argv[1], "races"))
+        test_races();
     else if (argc > 1 && !strcmp(argv[1], "fuzz"))
         fuzz_command(seed);
     else

@@ -49,6 +49,14 @@ static struct probe *find_first(void)
     return first;
 }
 
+/* The interrupt comes for the first of those that wait. */
+static void check_timer(void)
+{
+    const struct probe *first = find_first();
+
+    CHECK(!first || fake.timer == first->timer.waketime);
+}
+
 static void add_probe(struct probe *p, uint32_t *seed)
 {
     p->timer.event = probe_event;
@@ -58,6 +66,7 @@ static void add_probe(struct probe *p, uint32_t *seed)
     p->order = n_added++;
     p->is_waiting = true;
     sched_add_timer(&p->timer);
+    check_timer();
 }
 
 static void run_one(void)
@@ -84,8 +93,7 @@ void test_sched(uint32_t seed)
         if (action == 0 && p->is_waiting) {
             sched_del_timer(&p->timer);
             p->is_waiting = false;
-            fake.timer = find_first() ? find_first()->timer.waketime
-                                      : fake.timer;
+            check_timer();
         } else if (action <= 1 && !p->is_waiting) {
             add_probe(p, &seed);
         } else {

@@ -13,7 +13,8 @@
     } } while (0)
 
 void test_sched(uint32_t seed);
-void test_injection(uint32_t seed);
+void test_injection(uint32_t first, uint32_t stride);
+void test_races(void);
 void fuzz_command(uint32_t seed);
 
 /* Pseudo random numbers, the same everywhere. */

@@ -5,6 +5,7 @@ import argparse
 import json
 import os
 import pathlib
+import socket
 import subprocess
 import sys
 
@@ -26,6 +27,15 @@ def test_every_command_has_help(capsys):
         with pytest.raises(SystemExit) as info:
             cli.main([name, "--help"])
         assert info.value.code == 0
+
+
+@pytest.mark.parametrize("columns, limit", [("50", 48), ("many", 78), ("0", 78)])
+def test_help_fits_the_terminal(capsys, monkeypatch, columns, limit):
+    """Also where its width is nonsense or unknown."""
+    monkeypatch.setenv("COLUMNS", columns)
+    with pytest.raises(SystemExit):
+        cli.main(["run", "--help"])
+    assert 20 < max(map(len, capsys.readouterr().out.splitlines())) <= limit
 
 
 def test_nothing_at_all_is_a_wrong_command_line(capsys):
@@ -145,3 +155,112 @@ def test_run_tells_why_there_is_no_simulated_machine(tmp_path, capsys):
     path = tmp_path / "printer.cfg"
     assert cli.main(["run", str(path), "--simulate", "-n"]) == 2
     assert "printer.cfg" in capsys.readouterr().err
+
+
+def test_misspelt_command_is_told(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["chek", "printer.cfg"]) == 2
+    assert "'chek'; did you mean 'check'?" in capsys.readouterr().err
+    assert cli.main(["zzzz"]) == 2
+    assert "klippy --help" in capsys.readouterr().err
+
+
+def test_config_without_suffix_is_a_config(monkeypatch, tmp_path):
+    seen = []
+    monkeypatch.setattr(run_module, "run", seen.append)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "myprinter").write_text("")
+    assert cli.main(["myprinter"]) == 0 and seen[0].config == "myprinter"
+
+
+def run_klippy(*args, stdout):
+    return subprocess.Popen([sys.executable, "-m", "klippy", *args], cwd=ROOT,
+                            stdout=stdout, stderr=subprocess.PIPE, text=True)
+
+
+def test_reader_that_goes_away_is_no_traceback():
+    process = run_klippy("schema", stdout=subprocess.PIPE)
+    process.stdout.read(10)
+    process.stdout.close()
+    errors = process.stderr.read()
+    assert process.wait() == 1 and errors == ""
+
+
+def read_demo(*args):
+    """(exit status, what klippy demo said)."""
+    process = run_klippy("demo", *map(str, args), stdout=subprocess.PIPE)
+    output, errors = process.communicate()
+    assert "Traceback" not in output + errors
+    return process.returncode, output + errors
+
+
+def test_demo_tells_what_it_cannot_read_or_write(tmp_path):
+    job, file = tmp_path / "short.gcode", tmp_path / "file"
+    job.write_text("G28\n")
+    file.write_text("precious")
+    status, text = read_demo(tmp_path)
+    assert status == 1 and "it is a folder" in text
+    status, text = read_demo(job, "--report", file)
+    assert status == 1 and "Unable to make the folder '%s'" % (file,) in text
+    status, text = read_demo(job, "--log", tmp_path / "no" / "log")
+    assert status == 1 and "unable to write the log" in text
+    (tmp_path / "rep" / "report.html").mkdir(parents=True)
+    status, text = read_demo(job, "--report", tmp_path / "rep")
+    assert status == 1 and "is not complete: Is a directory" in text
+    assert file.read_text() == "precious"
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full")
+def test_full_disk_under_the_output_is_told():
+    with open("/dev/full", "w") as full:
+        process = run_klippy("--help", stdout=full)
+        errors = process.stderr.read()
+    assert process.wait() == 1
+    assert errors == ("klippy: No space left on device: what was to be written is not"
+                      " complete\n")
+
+
+def start_daemon(config, **paths):
+    """Exit status of a daemon that should not run at all."""
+    args = [str(config), "-n"] if "tty" not in paths else [
+        str(config), "-I", str(paths["tty"])]
+    for name, option in (("api", "-a"), ("log", "-l")):
+        if name in paths:
+            args += [option, str(paths[name])]
+    return cli.main(args)
+
+
+def test_second_daemon_leaves_the_first_ones_tty(tmp_path, capsys):
+    """It gives up when the API socket is served, before it takes the tty over."""
+    tty, api = tmp_path / "tty", tmp_path / "uds"
+    tty.symlink_to("/dev/pts/12345")
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(str(api))
+        server.listen()
+        assert start_daemon("p.cfg", tty=tty, api=api) == 2
+    assert "another program, maybe klippy, serves it" in capsys.readouterr().err
+    assert os.readlink(tty) == "/dev/pts/12345" and api.exists()
+
+
+def test_other_files_stay_where_a_socket_or_tty_goes(tmp_path, capsys):
+    precious = tmp_path / "precious"
+    precious.write_text("x")
+    assert start_daemon("p.cfg", tty=tmp_path / "tty", api=precious) == 2
+    assert "there is a file of that name" in capsys.readouterr().err
+    assert start_daemon("p.cfg", tty=precious) == 2
+    assert "Unable to make the G-code tty" in capsys.readouterr().err
+    assert precious.read_text() == "x" and not (tmp_path / "tty").exists()
+
+
+def test_log_that_cannot_be_written_is_told_once(tmp_path, capsys, caplog):
+    assert start_daemon("p.cfg", log=tmp_path / "no" / "x.log") == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and "No such file or directory" in error
+    assert "Unable to write the log file" in error and not caplog.records
+
+
+def test_console_tells_at_once_of_what_is_no_device(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    for name, what in (("file", "but a file"), ("", "but a folder")):
+        assert cli.main(["console", str(tmp_path / name)]) == 1
+        assert what in capsys.readouterr().err

@@ -4,6 +4,7 @@
 Pins record what is sent to them, time is set by the test.
 """
 from klippy.errors import CommandError, ConfigError
+from klippy.gcode_run import Interrupts
 from klippy.simulator import settings
 
 
@@ -143,6 +144,30 @@ class GCodeCommand:
     respond_info = respond_raw
 
 
+class Completion:
+    """Waits by letting the bench's time pass."""
+
+    def __init__(self, printer):
+        self.printer, self.is_done = printer, False
+
+    def complete(self, result):
+        self.is_done = True
+
+    def wait(self, waketime):
+        if not self.is_done:
+            self.printer.pause(waketime)
+
+
+class Mutex:
+    """The commands of the bench run by themselves."""
+
+    def test(self):
+        return False
+
+    def find_own_run(self):
+        return None
+
+
 class Printer:
     """Printer, reactor, gcode, pins, toolhead and motion queue in one."""
 
@@ -164,6 +189,7 @@ class Printer:
         self.print_time = 200.0
         self.shutdown_message = None
         self.on_pause = lambda now: None
+        self.interrupts = Interrupts(self, Mutex())
 
     # printer
     def get_reactor(self):
@@ -223,6 +249,9 @@ class Printer:
     def register_async_callback(self, callback, waketime=0.0):
         callback(self.now)
 
+    def completion(self):
+        return Completion(self)
+
     def pause(self, waketime):
         self.now = waketime
         self.on_pause(waketime)
@@ -255,6 +284,9 @@ class Printer:
 
     def respond_raw(self, message):
         self.output.append(message)
+
+    def respond_info(self, message):
+        self.output.append("// " + message)
 
     # configfile
     def set(self, section, option, value):

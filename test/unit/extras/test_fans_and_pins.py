@@ -3,7 +3,7 @@
 import pytest
 from bench_printer import Printer
 
-from klippy.errors import CommandError
+from klippy.errors import CommandError, ConfigError
 
 
 def make(name, options, **others):
@@ -21,7 +21,8 @@ def test_m106_scales_and_waits_for_the_motion():
     assert printer.pins["PH6"].sent == []
     printer.flush(200.1)
     assert printer.pins["PH6"].sent == [(200.0, 0.5)]
-    assert fan.get_status(0.0) == {"speed": 0.5, "rpm": None}
+    assert fan.get_status(0.0) == {
+        "speed": 0.5, "power": 0.5, "value": 0.5, "rpm": None}
     printer.run("M107")
     printer.flush(300.0)
     assert printer.pins["PH6"].sent[-1][1] == 0.0
@@ -47,13 +48,32 @@ def test_small_changes_are_not_kick_started():
 
 @pytest.mark.parametrize("options,speed,power", [
     ({"max_power": 0.8}, 255, 0.8), ({"off_below": 0.3}, 51, 0.0),
-    ({"off_below": 0.3}, 102, 0.4), ({}, 510, 1.0)])
+    ({"off_below": 0.3}, 102, 0.4), ({}, 510, 1.0),
+    ({"min_power": 0.2, "max_power": 0.6}, 127.5, 0.4), ({"min_power": 0.2}, 0, 0.0)])
 def test_power_limits(options, speed, power):
     printer, _ = make("fan", {"pin": "PH6", "kick_start_time": 0, **options})
     printer.run("M106", S=speed)
     printer.flush(201.0)
     expected = [(200.0, pytest.approx(power))] if power else []
     assert printer.pins["PH6"].sent == expected
+
+
+def test_initial_speed():
+    printer, fan = make("fan", {"pin": "PH6", "initial_speed": 0.5, "min_power": 0.2,
+                                "enable_pin": "PE1"})
+    assert printer.pins["PH6"].setup["setup_start_value"][0] == (
+        pytest.approx(0.6), 0.0)
+    assert printer.pins["PE1"].setup["setup_start_value"] == ((1, 0), {})
+    assert fan.get_status(0.0)["value"] == 0.5
+    printer.run("M107")
+    printer.flush(201.0)
+    assert printer.pins["PH6"].sent == [(200.0, 0.0)]
+    assert printer.pins["PE1"].sent == [(200.0, 0)]
+
+
+def test_min_power_above_max_power():
+    with pytest.raises(ConfigError, match="min_power"):
+        make("fan", {"pin": "PH6", "min_power": 0.5, "max_power": 0.4})
 
 
 def test_burst_of_requests_sends_only_the_last_ones():

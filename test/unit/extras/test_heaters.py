@@ -48,7 +48,7 @@ def test_reading_is_smoothed_and_reported(printer):
         report(printer, 50.0)
     status = heat(printer).get_status(printer.now)
     assert status == {"temperature": pytest.approx(50.0, abs=0.1),
-                      "target": 0.0, "power": 0.0}
+                      "target": 0.0, "power": 0.0, "pid_profile": "default"}
 
 
 def test_target_outside_the_range_is_refused(printer):
@@ -131,6 +131,21 @@ def test_m190_reports_once_a_second_and_ends(printer):
                for line in printer.output)
     assert len(printer.output) == pytest.approx(printer.now - start)
     assert heat(printer).smoothed_temp >= 58.0
+
+
+@pytest.mark.parametrize("command", ["M108", "HEATER_INTERRUPT"])
+def test_m108_ends_the_wait_and_keeps_the_target(printer, command):
+    start = printer.now
+
+    def interrupt(now):
+        if now > start + 10.:
+            printer.interrupts.note_arrival(command)
+    printer.on_pause = interrupt
+    printer.run("M190", S=60)
+    assert printer.output[-1] == "// The wait for a temperature was ended"
+    assert start + 10. < printer.now < start + 12.
+    assert heat(printer).target_temp == 60.
+    printer.run(command)
 
 
 def test_waits_are_skipped_in_batch_mode(printer):

@@ -35,6 +35,11 @@ def test_beta_curve_is_the_textbook_formula():
     assert curve.resistance(100.0) == pytest.approx(expected)
 
 
+def test_near_absolute_zero_it_is_open():
+    curve = thermistor.fit_beta((25.0, 100000.0), 4000.0)
+    assert 1e200 < curve.resistance(-273.0) < math.inf
+
+
 def test_points_that_do_not_bend_fall_back_to_beta():
     exact = thermistor.fit_beta((25.0, 100000.0), 4000.0)
     points = [(t, exact.resistance(t)) for t in (25.0, 150.0, 250.0)]

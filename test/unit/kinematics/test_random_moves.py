@@ -8,7 +8,7 @@ import pathlib
 import motion_bench
 import numpy as np
 import pytest
-from truth import gcode, planarray, random_moves
+from truth import curves, gcode, planarray, random_moves
 
 from klippy.configtext import ConfigReader
 from klippy.lookahead import LookAheadQueue, Move
@@ -65,6 +65,22 @@ def limit_turning(rows, box):
     planarray.slow_down(rows, turns, near * BED_SPEED, np.inf)
 
 
+def limit_swinging(rows, box):
+    """The arms of sample-rotary_delta.cfg, seen as vectors."""
+    upper, lower, ratio = 160., 320., 0.
+    for direction in np.radians((30., 150., 270.)):
+        swing = curves.rotary_arm(40., 400., direction, upper, lower)
+        for end in ("start", "end"):
+            p = rows[end][:, :3]
+            out = p[:, 0] * np.cos(direction) + p[:, 1] * np.sin(direction) - 40.
+            angle = swing(p)
+            # the lower arm's way across the upper one, in the plane of its swing
+            across = (p[:, 2] - 400.) * np.cos(angle) - out * np.sin(angle)
+            ratio = np.maximum(ratio, lower / np.abs(across))
+    planarray.slow_down(rows, (ratio > 3.) & ~rows["alone"], 200. * 3. / ratio,
+                        2000. * 3. / ratio)
+
+
 # Config, box of the moves and limits of the machine itself
 MACHINES = {
     "cartesian": ("cartesian", BOX, None),
@@ -80,6 +96,9 @@ MACHINES = {
     "delta": ("delta", ((-103., -103., 1.), (103., 103., 60.)), limit_edge),
     "deltesian": ("deltesian", ((-99., 5., 1.), (99., 195., 20.)), limit_flat),
     "polar": ("polar", ((-95., -95., 1.), (95., 5., 60.)), limit_turning),
+    "rotary_delta": ("rotary_delta", ((-145., -145., 1.), (145., 145., 60.)),
+                     limit_swinging),
+    "dual_carriage": ("dual_carriage", BOX, None),
     "winch": ("winch", ((-100., -100., 1.), (100., 100., 100.)), None),
 }
 # Settings: velocity, acceleration, square corner velocity, cruise ratio
@@ -192,6 +211,8 @@ def read_limits(toolhead, config, settings):
     lim = gcode.Limits.from_config(config)
     if config["printer"]["kinematics"] == "winch":
         lim = dataclasses.replace(lim, max_z_velocity=math.inf, max_z_accel=math.inf)
+    if config["printer"]["kinematics"] == "rotary_delta":
+        lim = dataclasses.replace(lim, max_z_accel=math.inf)
     velocity, accel, corner, ratio = settings
     return dataclasses.replace(lim, max_velocity=velocity, max_accel=accel,
                                corner_velocity=corner, cruise_ratio=ratio)

@@ -151,7 +151,7 @@ def test_overheating_shuts_the_mcu_down_with_a_hint(make_bench):
         assert it.printer.state == "shutdown"
         message = it.printer.state_message
         assert "ADC out of range" in message
-        assert "Sensor of 'heater_bed' reads 1" in message
+        assert "Sensor of 'heater_bed' (pin PK6 of mcu 'mcu') reads 1" in message
         assert "'heater_generic block'" not in message
     make_bench().run(body)
 

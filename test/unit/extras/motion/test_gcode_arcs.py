@@ -11,7 +11,8 @@ from klippy.extras import gcode_arcs
 
 
 def load(**options):
-    return make_printer(("gcode_arcs", options))
+    """A printer whose arcs are cut into moves."""
+    return make_printer(("gcode_arcs", {"native": "False", **options}))
 
 
 @pytest.fixture
@@ -104,13 +105,26 @@ def test_offsets_and_factors(printer):
     assert moves[-1][:4] == (10., 10., 0., 6.5)
 
 
-def test_end_off_the_circle_is_reached_evenly(printer):
+def test_end_off_the_circle_is_reached_evenly():
+    printer = load(spiral_tolerance="1")
     run(printer, "G1 X10 Y0")
     moves = run(printer, "G3 X0 Y11 I-10")
     assert moves[-1][:2] == (0., 11.)
     radii = [math.hypot(*m[:2]) for m in moves]
     assert radii == pytest.approx([10. + i / (len(moves) - 1)
                                    for i in range(len(moves))])
+    printer.close()
+
+
+def test_end_too_far_off_the_circle_is_an_error(printer):
+    run(printer, "G1 X10 Y0")
+    moves = run(printer, "G3 X0 Y10.5 I-10")
+    assert moves[-1][:2] == (0., 10.5)
+    run(printer, "G1 X10 Y0")
+    with pytest.raises(CommandError, match=r"end is 10.510 mm .* start 10.000 mm.*"
+                       r"differs by 0.510 mm .*0.500.*'spiral_tolerance'"):
+        printer.gcode.run_script("G3 X0 Y10.51 I-10")
+    assert list(printer.gcode_move.last_position) == printer.toolhead.position
 
 
 @pytest.mark.parametrize("line, words", [
@@ -119,7 +133,7 @@ def test_end_off_the_circle_is_reached_evenly(printer):
     ("G3 X5", "IJ"),
     ("G2 X5 I0 J0", "IJ"), ("G2 X5 K1", "IJ"), ("G18\nG2 X5 J1", "IK"),
     ("G2 Xnan I1", "X="), ("G2 X5 I", "I="), ("G2 X5 I1 F0", "F is 0"),
-    ("G2 X5 I" + "9" * 12, "moves")])
+    ("G2 I" + "9" * 12, "moves")])
 def test_errors_make_no_move(printer, line, words):
     with pytest.raises(CommandError, match=words):
         printer.gcode.run_script(line)

@@ -53,6 +53,55 @@ def test_template_language():
         "// ECHO 0 21.5 2 n=2", "// ECHO 1 21.5 2 n=2", "// ECHO 0.5 x"]
 
 
+class Counter:
+    """Status of a number that a command counts up."""
+    value = 0
+
+    def count(self, gcmd):
+        self.value += gcmd.get_int("BY", 1)
+
+    def get_status(self, eventtime):
+        return {"value": self.value}
+
+
+def run_counting(text, **options):
+    printer = make_macro(text, **options)
+    counter = Counter()
+    printer.add_object("counter", counter)
+    printer.gcode.register_command("COUNT", counter.count)
+    try:
+        printer.gcode.run_script("TEST N=3")
+    finally:
+        printer.close()
+    return [line for line in printer.output if "Disconnect" not in line]
+
+
+COUNTING = """
+  {% for i in range(params.N|int) %}
+    COUNT
+    ECHO {printer.counter.value}
+  {% endfor %}
+  {% if printer.counter.value == 3 %} ECHO three {% endif %}
+"""
+
+
+def test_live_macro_sees_what_its_lines_did():
+    assert run_counting(COUNTING) == ["// ECHO 0"] * 3
+    assert run_counting(COUNTING, live="True") == [
+        "// ECHO 1", "// ECHO 2", "// ECHO 3", "// ECHO three"]
+
+
+def test_live_macro_runs_whole_lines_only():
+    text = "COUNT BY={2}{3}\nECHO {printer.counter.value} {% if 1 %}x{% endif %}"
+    assert run_counting(text, live="True") == ["// ECHO 23 x"]
+
+
+def test_error_in_a_live_macro_comes_after_the_lines_before_it():
+    with pytest.raises(CommandError, match="line 3: ZeroDivisionError"):
+        run_counting("COUNT\nECHO {printer.counter.value}\nECHO {1/0}\nCOUNT",
+                     live="True")
+
+
 def test_status_is_read_once_an_evaluation():
     printer = make_macro("{% for i in range(9) %}{% set x = printer.thing.t %}"
                          "{% endfor %}")
@@ -85,6 +134,24 @@ def test_actions(caplog):
 def test_errors_of_expressions(text, message):
     with pytest.raises(CommandError, match=message):
         run(text)
+
+
+def test_plain_text_needs_no_jinja():
+    assert run("\n  ECHO 1 }\n  ECHO 2\n\n") == ["// ECHO 1 }", "// ECHO 2"]
+    printer = make_macro("ECHO 1")
+    assert printer.lookup_object("gcode_macro").env is None
+    printer.close()
+
+
+def test_a_template_known_to_be_right_is_compiled_when_it_runs():
+    text = "ECHO {printer.thing.t} {# known #}"
+    assert run(text) == ["// ECHO 21.5"]
+    printer = make_macro(text)
+    assert printer.lookup_object("gcode_macro").env is None
+    printer.gcode.run_script("TEST")
+    assert printer.lookup_object("gcode_macro").env is not None
+    assert "// ECHO 21.5" in printer.output
+    printer.close()
 
 
 def test_syntax_error_names_section_and_line():

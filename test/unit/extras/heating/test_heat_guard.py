@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""HeatGuard among random machines: no false trip, and which faults are seen."""
+import multiprocessing
+
+import compiled_world
+import pytest
+import watch_faults
+
+# So many machines of a kind, hours each: 10,080 hours
+N_MACHINES, HOURS = 2520, 4.0
+SAMPLE = 6
+EVERYBODY = [(kind, control) for kind in watch_faults.KINDS
+             for control in watch_faults.CONTROLS]
+# Slow sensors harm nobody while a temperature is held; see docs/heater_model.md
+HARMLESS = "sensor slow"
+# and power cannot tell a slow drift from a draft, nor cut a MOSFET that conducts
+UNBOUNDED = ("heater stuck on", "sensor drifting")
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory):
+    """Where the world and the guard are compiled."""
+    path = tmp_path_factory.mktemp("world")
+    compiled_world.build(path)
+    return path
+
+
+def live(folder, kind, control, seed):
+    """(hours lived, fault code) of a healthy machine."""
+    modules = compiled_world.load(folder)
+    world = watch_faults.make_world(modules, kind, seed, control)
+    code = world.run(HOURS * 3600.0)
+    return world.now / 3600.0, code
+
+
+def break_one(folder, kind, control, fault, moment, seed):
+    modules = compiled_world.load(folder)
+    return watch_faults.run_fault(modules, kind, fault, moment, seed, control)
+
+
+@pytest.mark.parametrize("kind,control", EVERYBODY)
+def test_healthy_machines_are_left_alone(folder, kind, control):
+    for seed in range(SAMPLE):
+        hours, code = live(folder, kind, control, 50000 + seed)
+        assert code == 0, (kind, control, seed, hours)
+        assert hours == pytest.approx(HOURS, rel=1e-3)
+
+
+@pytest.mark.parametrize("kind,control", EVERYBODY)
+@pytest.mark.parametrize("fault", [f for f in watch_faults.FAULTS if f != HARMLESS])
+def test_fault_is_seen(folder, kind, control, fault):
+    for number, moment in enumerate(watch_faults.MOMENTS):
+        check_seen(folder, kind, control, fault, moment, number)
+
+
+def check_seen(folder, kind, control, fault, moment, seed):
+    outcome = break_one(folder, kind, control, fault, moment, seed)
+    case = (kind, control, fault, moment, seed, outcome)
+    if fault != HARMLESS:
+        assert outcome.by is not None, case
+    if fault not in UNBOUNDED:
+        assert outcome.hottest < watch_faults.MAX_TEMPS[kind] + 20.0, case
+
+
+def test_machine_is_the_same_compiled_or_not(folder):
+    ends = []
+    for modules in (watch_faults.MODULES, compiled_world.load(folder)):
+        world = watch_faults.make_world(modules, "extruder", 7, "pid")
+        assert world.run(900.0) == 0
+        ends.append((world.block, world.reading, world.guard.watch.warm_sum))
+    assert ends[0] == pytest.approx(ends[1], rel=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind,control", EVERYBODY)
+def test_no_false_trip_in_ten_thousand_hours(folder, kind, control):
+    jobs = [(folder, kind, control, seed) for seed in range(N_MACHINES)]
+    with multiprocessing.Pool() as pool:
+        results = pool.starmap(live, jobs, 20)
+    trips = [(job[3], *result) for job, result in zip(jobs, results, strict=True)
+             if result[1]]
+    assert trips == []
+    assert sum(hours for hours, _ in results) >= 10000.0

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One fault on one random machine: who sees it, when, how hot the block gets."""
+from dataclasses import dataclass
+
+import heat_world
+from bench_printer import Printer
+
+from klippy.extras import heat_guard, heat_probe, heat_stall, heat_watch, verify_heater
+
+# Not compiled; or what compiled_world.load() gives
+MODULES = (heat_world, heat_watch, heat_stall, heat_probe, heat_guard)
+KINDS = ("extruder", "heater_bed")
+MAX_TEMPS = {"extruder": 300.0, "heater_bed": 130.0}
+CONTROLS = {"pid": heat_world.PID, "watermark": heat_world.WATERMARK,
+            "mpc": heat_world.MODEL}
+FAULTS = {
+    "open heater": heat_world.OPEN_HEATER, "heater stuck on": heat_world.STUCK_ON,
+    "sensor stuck": heat_world.STUCK_SENSOR,
+    "sensor stuck 4 below": heat_world.STUCK_BELOW,
+    "sensor fallen off": heat_world.FALLEN_OFF, "sensor slow": heat_world.SLOW_SENSOR,
+    "sensor jumping": heat_world.JUMPING, "sensor 35 high": heat_world.SHIFTED_UP,
+    "sensor 35 low": heat_world.SHIFTED_DOWN, "sensor drifting": heat_world.DRIFTING}
+# When it happens: while holding a temperature, before heating up again, in the
+# middle of that, before cooling down, or before heating to just above the room
+MOMENTS = ("hold", "off", "climb", "cooling", "near room")
+LONGEST = {"extruder": 1200.0, "heater_bed": 3600.0}
+LEARN_TIME = {"extruder": 700.0, "heater_bed": 2400.0}
+
+
+@dataclass
+class Outcome:
+    """by: what saw it (None: nothing).  seconds: after the fault.  hottest: degC."""
+
+    by: str | None
+    seconds: float
+    hottest: float
+    control: int
+
+
+class Bystander:
+    """The world's heater as verify_heater sees it."""
+
+    n_expired = 0
+
+    def __init__(self, world):
+        self.world = world
+
+    def lookup_heater(self, name):
+        return self
+
+    def get_temp(self, eventtime):
+        return self.world.reading, self.world.target
+
+
+def make_world(modules, kind_name, seed, control=None):
+    """A random HeaterWorld with its watch; control: see CONTROLS."""
+    world, watch, stall, probe, guard = modules
+    traits = "EXTRUDER" if kind_name == "extruder" else "BED"
+    return world.HeaterWorld(
+        world.HOTEND if kind_name == "extruder" else world.BED, seed,
+        guard.HeatGuard(watch.HeatWatch(getattr(watch, traits)),
+                        stall.StallWatch(getattr(stall, traits)),
+                        probe.HeatProbe(getattr(probe, traits))),
+        None if control is None else CONTROLS[control])
+
+
+def run_fault(modules, kind_name, fault, moment, seed, control=None):
+    """Outcome of a fault in a machine that has printed before."""
+    world = make_world(modules, kind_name, seed, control)
+    kind = world.kind
+    world.is_script = True
+    world.fan = world.rng.choice((0.0, 0.5, 1.0))
+    printer = Printer()
+    printer.objects["heaters"] = Bystander(world)
+    verify_heater.load_config_prefix(
+        printer.make_section("verify_heater " + kind_name))
+    printer.start()
+    target = 0.5 * (kind.low + world.highest)
+    plan = [(0.0, 120.0), (target, LEARN_TIME[kind_name])]
+    if moment != "hold":
+        plan.append((0.0, 600.0 if world.is_hotend else 2400.0))
+    if moment in ("climb", "cooling"):
+        plan.append((target, 12.0 if moment == "climb" else 400.0))
+    for degrees, seconds in plan:
+        world.target = degrees
+        by = watch(world, printer, seconds)
+        assert by is None, "false trip: %s, %s, seed %d" % (kind_name, by, seed)
+    world.set_fault(FAULTS[fault])
+    if moment == "cooling":
+        world.target = 0.0
+    elif moment == "near room":
+        world.target = world.ambient + 8.0
+    elif moment == "off":
+        by = watch(world, printer, 120.0)
+        world.target = target if by is None else 0.0
+        if by is not None:
+            return finish(world, by)
+    by = watch(world, printer, LONGEST[kind_name])
+    # the day goes on: it cools down, and heats for the next print
+    for degrees in (0.0, target):
+        if by is None:
+            world.target = degrees
+            by = watch(world, printer, LONGEST[kind_name])
+    return finish(world, by)
+
+
+def finish(world, by):
+    return Outcome(by, world.now - world.fault_time, world.hottest, world.control)
+
+
+def watch(world, printer, seconds):
+    """Let time pass second by second; who stopped the machine, or None."""
+    end = world.now + seconds
+    while world.now < end:
+        code = world.run(1.0)
+        if code:
+            return ("", "too warm", "too cold", "no answer", "jumps", "dead")[code]
+        printer.advance(1.0)
+        if printer.is_shutdown():
+            return "verify_heater"
+        if world.reading > world.kind.max_temp:
+            return "max_temp"
+    return None
