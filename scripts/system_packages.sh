@@ -45,6 +45,8 @@ if [ "$1" = test ]; then
         "avrdude:command -v avrdude" \
         "stm32flash:command -v stm32flash" \
         "bossa-cli:command -v bossac" \
+        "dfu-util:command -v dfu-util" \
+        "libusb-1.0-0-dev:test -e /usr/include/libusb-1.0/libusb.h" \
         "libsimavr-dev:test -e /usr/include/simavr/sim_avr.h" \
         "libelf-dev:test -e /usr/include/libelf.h" \
         "clang:command -v clang" \

@@ -6,12 +6,9 @@ import re
 import shutil
 
 from klippy.errors import PrinterError
-from klippy.flash import blocks, devices, pru, sdcard, streams, tools, touch, uf2
+from klippy.flash import blocks, devices, dfu, pru, sdcard, streams, tools, touch, uf2
 
-DFU_ID = re.compile(r"[0-9a-fA-F]{4}:[0-9a-fA-F]{4}$")
 CAN_ADDRESS = re.compile(r"(can\d+|vcan\d+):([0-9a-fA-F]{12})$")
-# Kinds of device that flash_stm32() and others tell apart
-MAPLE_ID = "1eaf:0003"
 SAMD_OFFSET = 0x2000
 
 
@@ -95,10 +92,10 @@ def flash_avr(target, device, baud, root):
 
 def flash_stm32(target, device, baud, root):
     """dfu-util for a USB id, stm32flash for a UART, a touch on native USB."""
-    if target.has("USBSERIAL") and not DFU_ID.match(device):
+    if target.has("USBSERIAL") and not dfu.is_id(device):
         device = touch_and_wait(target, device, root)
-    if DFU_ID.match(device):
-        write_dfu(target, device)
+    if dfu.is_id(device):
+        dfu.write(target, device)
     elif target.has("USBSERIAL"):
         write_blocks(target, streams.SerialStream(device))
     else:
@@ -108,28 +105,15 @@ def flash_stm32(target, device, baud, root):
                         device])
 
 
-def write_dfu(target, device):
-    """dfu-util, for the boot loaders that speak DFU or DfuSe."""
-    image = target.find_file(".bin")
-    start = target.read_number("FLASH_APPLICATION_ADDRESS")
-    if device.lower() == MAPLE_ID:
-        where = ["-a", "2"]
-    elif target.family == "stm32":
-        where = ["-a", "0", "-s", "0x%x:leave" % (start,)]
-    else:
-        where = []
-    tools.run_tool(["dfu-util", "-d", device, *where, "-D", image])
-
-
 def flash_lpc176x(target, device, baud, root):
     """dfu-util; boards whose boot loader reads an SD card need its name."""
-    if not DFU_ID.match(device):
+    if not dfu.is_id(device):
         device = touch_and_wait(target, device, root)
-    if not DFU_ID.match(device):
+    if not dfu.is_id(device):
         raise PrinterError(
             "This board takes firmware from its SD card: mount that and say"
             " 'klippy firmware flash --board NAME --device FOLDER'")
-    write_dfu(target, device)
+    dfu.write(target, device)
 
 
 def find_samba(target, device, root):
@@ -138,14 +122,14 @@ def find_samba(target, device, root):
     loaders = {d.path for d in devices.list_boot_loaders(root)
                if d.family == target.family}
     ports = {os.path.realpath(devices.find_port(loader, root)) for loader in loaders}
-    if not DFU_ID.match(device) and os.path.realpath(device) not in ports:
+    if not dfu.is_id(device) and os.path.realpath(device) not in ports:
         try:
             device = touch_and_wait(target, device, root)
         except PrinterError:
             if not os.path.exists(device):
                 raise
             print("  nothing else came: is '%s' the boot loader already?" % (device,))
-    if DFU_ID.match(device):
+    if dfu.is_id(device):
         device = touch.wait_for_port(device, root)
     return device
 

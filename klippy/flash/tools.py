@@ -21,13 +21,36 @@ def find_tool(name):
     return path
 
 
+def try_tool(command):
+    """Run [program, arguments ...] with its output shown; returns its exit status.
+    More arguments come from the environment's FLASH_ARGS."""
+    return subprocess.run(_make_line(command), check=False).returncode
+
+
+def listen_to_tool(command):
+    """As try_tool(); returns its exit status and what it told (not its errors)."""
+    heard = ""
+    with subprocess.Popen(_make_line(command), stdout=subprocess.PIPE) as process:
+        while part := process.stdout.read1().decode(errors="replace"):
+            print(part, end="", flush=True)
+            heard += part
+    return process.returncode, heard
+
+
 def run_tool(command):
-    """Run [program, arguments ...] with its output shown; PrinterError if it
-    fails.  More arguments come from the environment's FLASH_ARGS."""
+    """try_tool(); PrinterError if it fails."""
+    check_status(command[0], try_tool(command))
+
+
+def check_status(name, status):
+    """PrinterError if a program ended with another exit status than 0."""
+    if status:
+        raise PrinterError("'%s' failed (exit status %d): what it wrote above tells"
+                           " why" % (name, status))
+
+
+def _make_line(command):
     more = shlex.split(os.environ.get("FLASH_ARGS", ""))
     line = [find_tool(command[0]), *more, *[str(word) for word in command[1:]]]
     print("  " + " ".join([command[0], *line[1:]]), flush=True)
-    status = subprocess.run(line, check=False).returncode
-    if status:
-        raise PrinterError("'%s' failed (exit status %d): what it wrote above tells"
-                           " why" % (command[0], status))
+    return line

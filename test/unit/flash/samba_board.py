@@ -7,6 +7,7 @@ processor runs them.  Flash is written by pages, as its controller does it.
 """
 
 import struct
+import threading
 
 import unicorn
 from pty_board import PtyBoard
@@ -32,7 +33,7 @@ class Sam4eBoard(PtyBoard):
         self.memory = bytearray(b"\x5a" * 0x80000)      # what was there
         self.latch, self.ram = {}, bytearray(self.RAM_SIZE)
         self.gpnvm, self.answer = 0, 0
-        self.is_reset = False
+        self.was_reset = threading.Event()
         self.n_programs = 0
 
     def serve(self):
@@ -89,7 +90,7 @@ class Sam4eBoard(PtyBoard):
         if addr == self.FCR:
             self.flash_command(int.from_bytes(data, "little"))
         elif addr == self.RESET:
-            self.is_reset = True
+            self.was_reset.set()
         elif self.RAM <= addr < self.RAM + self.RAM_SIZE:
             self.ram[addr - self.RAM:addr - self.RAM + len(data)] = data
         elif self.FLASH <= addr < self.FLASH + len(self.memory):
