@@ -70,12 +70,17 @@ def list_boot_loaders(root="/"):
     return found
 
 
+def find_folders(usb_id, root="/"):
+    """Folders in /sys of all USB devices of an id."""
+    folders = sorted(pathlib.Path(root).glob("sys/bus/usb/devices/*"))
+    return [folder for folder in folders if _read_id(folder) == usb_id]
+
+
 def find_port(usb_id, root="/"):
     """Serial port of a USB device: a path, "" without."""
-    for folder in sorted(pathlib.Path(root).glob("sys/bus/usb/devices/*")):
-        if _read_id(folder) == usb_id:
-            for port in sorted(folder.parent.glob(folder.name + ":*/tty/*")):
-                return str(pathlib.Path(root) / "dev" / port.name)
+    for folder in find_folders(usb_id, root):
+        for port in sorted(folder.parent.glob(folder.name + ":*/tty/*")):
+            return str(pathlib.Path(root) / "dev" / port.name)
     return ""
 
 

@@ -6,7 +6,17 @@ import re
 import shutil
 
 from klippy.errors import PrinterError
-from klippy.flash import blocks, devices, dfu, pru, sdcard, streams, tools, touch, uf2
+from klippy.flash import (
+    blocks,
+    bootsel,
+    devices,
+    dfu,
+    pru,
+    sdcard,
+    streams,
+    tools,
+    touch,
+)
 
 CAN_ADDRESS = re.compile(r"(can\d+|vcan\d+):([0-9a-fA-F]{12})$")
 SAMD_OFFSET = 0x2000
@@ -29,7 +39,7 @@ def flash(target, device="", board="", baud=0, root="/"):
     elif target.family == "pru":
         pru.install(target, root)
     elif target.family == "rp2040":
-        uf2.write(target, device or None, root)
+        bootsel.write(target, device, root)
     elif target.family not in METHODS:
         raise PrinterError("Firmware for '%s' is not flashed from here: %s"
                            % (target.family, target.folder))

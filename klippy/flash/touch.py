@@ -3,7 +3,7 @@
 
 import contextlib
 import os
-import time
+from time import sleep
 
 import serial
 
@@ -27,24 +27,33 @@ def touch(path):
         raise PrinterError("Cannot open '%s': %s" % (path, err)) from None
 
 
-def wait_for_port(usb_id, root="/", wait=WAIT, sleep=time.sleep):
-    """Path of the serial port of a USB device that is there or about to come;
-    PrinterError after `wait` seconds."""
+def poll(find, wait=WAIT):
+    """What find() returns as soon as that is true; else, after `wait` seconds, what
+    it returns last."""
     for _ in range(int(wait / PERIOD)):
-        port = devices.find_port(usb_id, root)
-        if port and os.path.exists(port):
-            return port
+        found = find()
+        if found:
+            return found
         sleep(PERIOD)
+    return find()
+
+
+def wait_for_port(usb_id, root="/"):
+    """Path of the serial port of a USB device that is there or about to come;
+    PrinterError after WAIT."""
+    port = poll(lambda: devices.find_port(usb_id, root))
+    if port and poll(lambda: os.path.exists(port)):
+        return port
     raise PrinterError("The boot loader %s has no serial port: is the kernel's module"
                        " cdc_acm there?" % (usb_id,))
 
 
-def wait_for_change(before, family, root="/", wait=WAIT, sleep=time.sleep):
+def wait_for_change(before, family, root="/"):
     """The Device that has come since `before` (list of Device); PrinterError
-    after `wait` seconds.  What went away and came back counts as well."""
+    after WAIT.  What went away and came back counts as well."""
     known = {d.path for d in before}
     seen = set()
-    for _ in range(int(wait / PERIOD)):
+    for _ in range(int(WAIT / PERIOD)):
         now = devices.list_all(root)
         new = [d for d in now if d.path not in known
                and d.family in ("", family)]
@@ -57,4 +66,4 @@ def wait_for_change(before, family, root="/", wait=WAIT, sleep=time.sleep):
         sleep(PERIOD)
     raise PrinterError(
         "The board did not start its boot loader within %.0f s: press its reset"
-        " button (twice, if it has one for two purposes) and try again" % (wait,))
+        " button (twice, if it has one for two purposes) and try again" % (WAIT,))

@@ -19,4 +19,4 @@ flash-objects := loader.o $(if $(CONFIG_RP2040_BOOT2),boot2_sum.o)
 LINK_SCRIPT := $(rp2040)/link.lds.S
 PORT_LIBS += $(addprefix $(OUT),$(flash-objects))
 PORT_OUTPUTS += $(OUT)klipper.uf2
-FLASH_HINT := hold BOOTSEL while attaching the board, then make flash
+FLASH_HINT := make flash (a new board: hold BOOTSEL while attaching it)

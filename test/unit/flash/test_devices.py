@@ -68,7 +68,7 @@ def test_ports_without_a_name_count(root):
     assert choose(root, "avr") == str(root / "dev/ttyUSB3")
 
 
-def test_waits_for_the_boot_loader(root):
+def test_waits_for_the_boot_loader(root, monkeypatch):
     add_port(root, "ttyACM0", "usb-Klipper_stm32f446xx_12-if00")
     before = devices.list_all(str(root))
     pauses = []
@@ -78,21 +78,21 @@ def test_waits_for_the_boot_loader(root):
         if len(pauses) == 3:
             add_usb(root, "1-1", "0483:df11")
 
-    found = touch.wait_for_change(before, "stm32", str(root), sleep=sleep)
+    monkeypatch.setattr(touch, "sleep", sleep)
+    found = touch.wait_for_change(before, "stm32", str(root))
     assert found.path == "0483:df11" and len(pauses) == 4
     with pytest.raises(PrinterError, match="press its reset"):
-        touch.wait_for_change(devices.list_all(str(root)), "stm32", str(root),
-                              sleep=lambda seconds: None)
+        touch.wait_for_change(devices.list_all(str(root)), "stm32", str(root))
 
 
-def test_a_port_that_comes_back_is_the_boot_loader(root):
+def test_a_port_that_comes_back_is_the_boot_loader(root, monkeypatch):
     link = root / "dev/serial/by-id/usb-Arduino_Leonardo-if00"
     add_port(root, "ttyACM0", link.name)
     before = devices.list_all(str(root))
     steps = iter([link.unlink, (root / "dev/ttyACM0").unlink,
                   lambda: add_port(root, "ttyACM0", link.name), lambda: None])
-    found = touch.wait_for_change(before, "avr", str(root),
-                                  sleep=lambda seconds: next(steps)())
+    monkeypatch.setattr(touch, "sleep", lambda seconds: next(steps)())
+    found = touch.wait_for_change(before, "avr", str(root))
     assert found.path == str(link)
 
 

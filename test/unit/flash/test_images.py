@@ -31,23 +31,6 @@ def test_uf2_blocks():
     assert data[:len(IMAGE)] == IMAGE and not any(data[len(IMAGE):])
 
 
-def test_uf2_goes_to_the_drive(tmp_path):
-    root, drive = tmp_path / "root", tmp_path / "my drive"
-    (root / "proc").mkdir(parents=True)
-    drive.mkdir()
-    (drive / "INFO_UF2.TXT").write_text("UF2 Bootloader")
-    mounts = root / "proc/mounts"
-    target = make_target(tmp_path, "rp2040", "rp2040")
-    mounts.write_text("/dev/sda1 / ext4 rw 0 0\n")
-    with pytest.raises(PrinterError, match="hold BOOTSEL"):
-        methods.flash(target, root=str(root))
-    mounts.write_text("/dev/sdb1 %s vfat rw 0 0\n"
-                      % str(drive).replace(" ", "\\040"))
-    methods.flash(target, root=str(root))
-    written = (drive / "klipper.uf2").read_bytes()
-    assert written == uf2.convert(IMAGE, 0x10000000, 0xE48BFF56)
-
-
 def test_card_has_the_name_of_the_board(tmp_path):
     card = tmp_path / "card"
     card.mkdir()
