@@ -55,6 +55,8 @@ class Judge:
                               advance)
         self.sequences = reader.read(job)
         self.end_position = reader.position
+        # Drawing back is averaged, too, before anything is printed
+        self.is_smoothed = any(m.advance for s in self.sequences for m in s.moves)
 
     def _list_motors(self):
         motors = []
@@ -68,7 +70,7 @@ class Judge:
             section = self.config["extruder"]
             motors.append(self._make_motor(
                 "extruder", lambda path, t: path.extruder(
-                    t, 1. if path.advance.any() else 0., self.smooth_time),
+                    t, 1. if self.is_smoothed else 0., self.smooth_time),
                 machines.step_distance(section)))
         return motors
 

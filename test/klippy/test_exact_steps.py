@@ -190,6 +190,12 @@ def test_first_layers_of_a_sample(tmp_path, kind):
     assert min(counts.values()) > 500
 
 
+@pytest.mark.parametrize("n_lines", [15, 17, 20])
+def test_sample_cut_before_it_prints(tmp_path, n_lines):
+    counts = print_sample(tmp_path, "cube20.gcode", "cartesian", 0.04, n_lines)
+    assert counts["extruder"] > 100 and counts["stepper_z"] > 3500
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("advance", [0., 0.04])
 @pytest.mark.parametrize("kind", KINDS)
