@@ -8,3 +8,4 @@ cdef extern from "steppool.h" nogil:
     void steppool_start(steppool *p)
     void steppool_finish(steppool *p)
     void steppool_settle()
+    int steppool_check(steppool *p)

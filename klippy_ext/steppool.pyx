@@ -2,6 +2,7 @@
 """Owner of a steppool: threads that make steps beside the main thread."""
 
 from klippy_ext.c_steppool cimport (
+    steppool_check,
     steppool_delete,
     steppool_finish,
     steppool_new,
@@ -38,3 +39,11 @@ cdef class StepPool:
         with nogil:
             steppool_finish(self.pool)
         self.syncs.clear()
+
+    def check(self):
+        """Raises AssertionError if the counts of the pool do not fit together."""
+        cdef int ret
+        with nogil:
+            ret = steppool_check(self.pool)
+        if ret:
+            raise AssertionError("the pool of step threads is inconsistent")

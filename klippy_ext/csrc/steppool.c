@@ -143,6 +143,35 @@ steppool_finish(struct steppool *p)
     pthread_mutex_unlock(&p->lock);
 }
 
+/* Is every count in its range?  The lock is held. */
+static int
+is_consistent(const struct steppool *p)
+{
+    struct steppool *running = atomic_load_explicit(&steppool_running,
+                                                    memory_order_acquire);
+
+    return 0 <= p->next && p->next <= p->n_started
+        && p->n_started <= p->n_pieces && p->n_pieces <= p->size
+        && 0 <= p->n_running && p->n_running <= p->next
+        && 0 <= p->n_threads && p->n_threads <= p->n_wanted
+        && (running == p) == (p->n_started > 0);
+}
+
+int
+steppool_check(struct steppool *p)
+{
+    int ret = 0;
+
+    pthread_mutex_lock(&p->lock);
+    if (!is_consistent(p))
+        ret = -EINVAL;
+    for (int i = 0; i < p->n_pieces; i++)
+        if (!p->pieces[i].work)
+            ret = -EINVAL;
+    pthread_mutex_unlock(&p->lock);
+    return ret;
+}
+
 void
 steppool_delete(struct steppool *p)
 {

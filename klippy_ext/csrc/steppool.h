@@ -36,6 +36,9 @@ void steppool_start(struct steppool *p);
 /* Returns when all are done. */
 void steppool_finish(struct steppool *p);
 
+/* 0 if all counts agree with each other, else -EINVAL. */
+int steppool_check(struct steppool *p);
+
 /* The pool whose pieces run, or NULL. */
 extern struct steppool *_Atomic steppool_running;
 

@@ -155,6 +155,7 @@ check(const struct machine *m)
 {
     expect(!trapq_check(m->tq), "trapq holds");
     expect(!steppersync_check(m->ss), "steppersync holds");
+    expect(!m->pool || !steppool_check(m->pool), "the pool holds");
 }
 
 /* One move in direction number `i`; its speed swings. */

@@ -36,9 +36,13 @@ def make_steps(n_threads, meanwhile=lambda rig: None):
     while t < end + 0.5:
         t += 0.25
         rig.sync.start(pool, t + 0.05, int(t * FREQ))
+        pool.check()
         pool.start()
+        pool.check()
         meanwhile(rig)
+        pool.check()
         pool.finish()
+        pool.check()
         rig.sync.finish(t + 0.05)
         rig.sync.flush(int(t * FREQ))
         rig.sync.check()
