@@ -9,6 +9,7 @@ import lateness
 import machine_configs
 import pru_board
 import pytest
+from chip_checks import Pins, configure
 from judge import Judge
 from printer_run import PrinterRun
 from pru_bench import MOTORS
@@ -20,8 +21,7 @@ pytestmark = [pytest.mark.emulator,
               pytest.mark.skipif(bool(pru_board.why_not()),
                                  reason=pru_board.why_not())]
 
-STEP, DIR, SWITCH, OUT, SENSOR = ("gpio0_30", "gpio1_28", "gpio0_31", "gpio1_16",
-                                  "AIN3")
+PINS = Pins("gpio0_30", "gpio1_28", "gpio0_31", "gpio1_16", "AIN3")
 PROMPT = 400            # cycles from a timer's clock to its pin: 2 us
 IDLE_PROMPT = 500      # the same, beside tasks
 CODE_SIZE = 8192        # bytes, of each core
@@ -38,19 +38,6 @@ def board(adapter, monkeypatch):
     board = PruBoard(adapter)
     board.identify()
     return board
-
-
-def configure(board, step_pulse_ticks=0, invert=-1):
-    pin = board.find_pin
-    board.configure(
-        ("config_stepper", dict(oid=0, step_pin=pin(STEP), dir_pin=pin(DIR),
-                                invert_step=invert,
-                                step_pulse_ticks=step_pulse_ticks)),
-        ("config_endstop", dict(oid=1, pin=pin(SWITCH), pull_up=0)),
-        ("config_trsync", dict(oid=2)),
-        ("config_digital_out", dict(oid=3, pin=pin(OUT), value=0,
-                                    default_value=1, max_duration=0)),
-        ("config_analog_in", dict(oid=4, pin=pin(SENSOR))))
 
 
 N_LINES = 30            # of the file that is printed
@@ -75,11 +62,11 @@ def test_from_reset_to_steps(board):
     assert constants["CLOCK_FREQ"] == 200000000
     clock = board.query("get_clock", "clock")["clock"]
     assert 0 < board.clock - clock < 0.01 * board.freq
-    configure(board)
+    configure(board, PINS, pull_up=0)
     assert board.query("get_config", "config")["move_count"] > 300
     origin = start_steps(board, board.freq // 5000, 50, add=-3)
     board.run_for(0.1)
-    edges = [c for c, _ in board.list_edges(board.find_pin(STEP), origin)]
+    edges = [c for c, _ in board.list_edges(board.find_pin(PINS.step), origin)]
     clocks = expect_clocks(origin, board.freq // 5000, 50, -3)
     late = [edge - clock for edge, clock in zip(edges, clocks, strict=True)]
     assert 0 <= min(late) and max(late) < PROMPT
@@ -95,16 +82,16 @@ def test_one_core_starts_before_the_other(late, adapter, monkeypatch):
     board = PruBoard(adapter)
     board.run_for(0.01)
     board.identify()
-    configure(board)
+    configure(board, PINS, pull_up=0)
     assert board.query("get_config", "config")["is_config"] == 1
 
 
 def test_pulses_keep_their_length(board):
     pulse = board.freq // 500000
-    configure(board, pulse, invert=0)
+    configure(board, PINS, pulse, invert=0, pull_up=0)
     origin = start_steps(board, board.freq // 20000, 40)
     board.run_for(0.1)
-    edges = board.list_edges(board.find_pin(STEP), origin)
+    edges = board.list_edges(board.find_pin(PINS.step), origin)
     rises = [c for c, level in edges if level]
     falls = [c for c, level in edges if not level]
     late = [edge - clock for edge, clock in zip(
@@ -116,7 +103,7 @@ def test_pulses_keep_their_length(board):
 def test_steps_beside_commands(board):
     """Each command holds up timers for as long as it takes: blocks come every 2 ms,
     steps do so at ever other times before and behind them."""
-    configure(board)
+    configure(board, PINS, pull_up=0)
     interval = board.freq // 10000 + 37
     origin = start_steps(board, interval, 2000)
     while board.clock < origin + 2000 * interval:
@@ -124,7 +111,7 @@ def test_steps_beside_commands(board):
         board.send("stepper_get_position", oid=0)
         board.send("endstop_query_state", oid=1)
     board.run_for(0.001)
-    edges = [c for c, _ in board.list_edges(board.find_pin(STEP), origin)]
+    edges = [c for c, _ in board.list_edges(board.find_pin(PINS.step), origin)]
     clocks = expect_clocks(origin, interval, 2000)
     late = [edge - clock for edge, clock in zip(edges, clocks, strict=True)]
     print("at most %d cycles late" % (max(late),))
@@ -132,8 +119,8 @@ def test_steps_beside_commands(board):
 
 
 def test_switch_stops_a_stepper(board):
-    configure(board)
-    assert_switch_stops(board, SWITCH, STEP)
+    configure(board, PINS, pull_up=0)
+    assert_switch_stops(board, PINS.switch, PINS.step)
 
 
 @pytest.mark.parametrize("n_motors, interval", [(1, 120), (3, 470)])
@@ -159,13 +146,13 @@ def test_fastest_steps(board, n_motors, interval):
 
 
 def test_software_pwm(board):
-    configure(board)
+    configure(board, PINS, pull_up=0)
     cycle = board.freq // 100
     board.send("set_digital_out_pwm_cycle", oid=3, cycle_ticks=cycle)
     start = board.clock + board.freq // 20
     board.send("queue_digital_out", oid=3, clock=start % 2**32, on_ticks=cycle // 4)
     board.run_for(0.3)
-    edges = board.list_edges(board.find_pin(OUT), start)
+    edges = board.list_edges(board.find_pin(PINS.out), start)
     assert [level for _, level in edges[:4]] == [1, 0, 1, 0]
     for clock, level in edges:
         due = start + (clock - start) // cycle * cycle + (0 if level else cycle // 4)
@@ -182,8 +169,8 @@ def read_analog(board, seconds):
 
 def test_converter_that_stands_still(board):
     """What is no longer measured is not told again as if it were new."""
-    configure(board)
-    board.analog[board.find_pin(SENSOR)] = 0x5678
+    configure(board, PINS, pull_up=0)
+    board.analog[board.find_pin(PINS.sensor)] = 0x5678
     board.send("query_analog_in", oid=4,
                clock=(board.clock + board.freq // 10) % 2**32,
                sample_ticks=board.freq // 1000, sample_count=4,
@@ -197,8 +184,8 @@ def test_converter_that_stands_still(board):
 
 
 def test_analog_input(board):
-    configure(board)
-    board.analog[board.find_pin(SENSOR)] = 0x5678
+    configure(board, PINS, pull_up=0)
+    board.analog[board.find_pin(PINS.sensor)] = 0x5678
     board.send("query_analog_in", oid=4,
                clock=(board.clock + board.freq // 10) % 2**32,
                sample_ticks=board.freq // 1000, sample_count=4,
@@ -211,23 +198,23 @@ def test_analog_input(board):
 
 
 def test_shutdown_puts_pins_to_their_defaults(board):
-    configure(board)
+    configure(board, PINS, pull_up=0)
     start_steps(board, 4000, 60000)
     board.run_for(0.06)
     board.send("emergency_stop")
     stopped = board.list_messages("shutdown")[0]["#clock"]
     assert board.find_shutdown() == "Command request"
-    assert board.list_edges(board.find_pin(OUT))[-1][1] == 1
-    assert not board.list_edges(board.find_pin(STEP), stopped)
+    assert board.list_edges(board.find_pin(PINS.out))[-1][1] == 1
+    assert not board.list_edges(board.find_pin(PINS.step), stopped)
     board.send("config_reset")
     assert board.query("get_config", "config")["is_config"] == 0
     board.send("clear_shutdown")
-    configure(board)
+    configure(board, PINS, pull_up=0)
     assert board.query("get_config", "config")["is_config"] == 1
 
 
 def test_more_steps_than_it_can_make(board):
-    configure(board)
+    configure(board, PINS, pull_up=0)
     start_steps(board, 20, 60000)
     board.run_for(0.1)
     assert board.find_shutdown() == "Rescheduled timer in the past"
@@ -246,7 +233,7 @@ def test_what_makes_no_sense_stops_it(board, payload, reason):
 
 
 def test_pulls_are_not_its_own(board):
-    board.configure(("config_endstop", dict(oid=0, pin=board.find_pin(SWITCH),
+    board.configure(("config_endstop", dict(oid=0, pin=board.find_pin(PINS.switch),
                                             pull_up=1)))
     assert board.find_shutdown() == "PRU does not support push/pull pins"
 

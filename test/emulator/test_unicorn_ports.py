@@ -6,6 +6,18 @@ import struct
 import firmware_matrix
 import pytest
 import unicorn_board
+from chip_checks import (
+    check_defaults,
+    check_i2c,
+    check_pulses,
+    check_pwm,
+    check_shutdown_in_interrupt,
+    check_spi,
+    check_steps,
+    configure,
+    read_analog,
+    time_to_reset,
+)
 from port_chips import CHIPS, NAMES
 from step_runs import (
     assert_prompt,
@@ -43,19 +55,6 @@ def make_board(adapter, monkeypatch):
     return make
 
 
-def configure(board, name, pulse=0, invert=-1, more=()):
-    chip, pin = CHIPS[name], board.find_pin
-    board.configure(
-        ("config_stepper", dict(oid=0, step_pin=pin(chip.step),
-                                dir_pin=pin(chip.dir), invert_step=invert,
-                                step_pulse_ticks=pulse)),
-        ("config_endstop", dict(oid=1, pin=pin(chip.switch), pull_up=1)),
-        ("config_trsync", dict(oid=2)),
-        ("config_digital_out", dict(oid=3, pin=pin(chip.out), value=0,
-                                    default_value=1, max_duration=0)),
-        ("config_analog_in", dict(oid=4, pin=pin(chip.sensor))), *more)
-
-
 def find_bus(board, kind, name):
     """Number of a bus; the dictionary may name the first of several."""
     buses = board.dictionary["enumerations"][kind]
@@ -68,17 +67,6 @@ def find_bus(board, kind, name):
     return number
 
 
-def read_analog(board, oid=4, count=4):
-    """Values of an input, each the sum of `count` readings."""
-    board.send("query_analog_in", oid=oid, clock=(board.clock + board.freq // 10)
-               % 2**32, sample_ticks=board.freq // 1000, sample_count=count,
-               rest_ticks=board.freq // 10, bytes_per_report=2, min_value=0,
-               max_value=65535, range_check_count=4)
-    board.run_for(0.4)
-    reports = board.list_messages("analog_in_state")
-    return [int.from_bytes(r["values"], "little") for r in reports]
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_chip_from_reset_to_steps(name, make_board):
     board = make_board(name)
@@ -86,17 +74,7 @@ def test_chip_from_reset_to_steps(name, make_board):
     assert constants["MCU"] == name and constants["ADC_MAX"] == 4095
     has_shared = name[:4] in ("sam4", "same")
     assert constants.get("RESERVE_PINS_crystal") == ("PB8,PB9" if has_shared else None)
-    clock = board.query("get_clock", "clock")["clock"]
-    assert 0 < board.clock - clock < 0.01 * board.freq
-    configure(board, name)
-    assert board.query("get_config", "config")["move_count"] > 1000
-    origin = start_steps(board, board.freq // 5000, 50, add=-3)
-    board.run_for(0.1)
-    edges = [c for c, _ in board.list_edges(board.find_pin(CHIPS[name].step), origin)]
-    assert_prompt(edges, expect_clocks(origin, board.freq // 5000, 50, -3), PROMPT)
-    assert board.query("stepper_get_position", "stepper_position",
-                       oid=0)["pos"] == -50
-    assert board.find_shutdown() is None
+    check_steps(board, CHIPS[name], PROMPT, 1000)
 
 
 # What hosts read: maker, chip, its number in the emulator
@@ -146,7 +124,7 @@ def test_console_on_uarts(name, option, pins, start, make_board, tmp_path):
     assert name != "lpc1768" or sum(vectors) % 2**32 == 0
     board = make_board(name, out)
     assert board.dictionary["config"]["RESERVE_PINS_serial"] == pins
-    configure(board, name)
+    configure(board, CHIPS[name])
     origin = start_steps(board, board.freq // 2000, 50)
     board.run_for(0.1)
     edges = [c for c, _ in board.list_edges(board.find_pin(CHIPS[name].step), origin)]
@@ -156,21 +134,13 @@ def test_console_on_uarts(name, option, pins, start, make_board, tmp_path):
 @pytest.mark.parametrize("name", NAMES)
 def test_pulses_keep_their_length(name, make_board):
     board = make_board(name)
-    pulse = board.freq // 500000
-    configure(board, name, pulse, invert=0)
-    origin = start_steps(board, board.freq // 20000, 40)
-    board.run_for(0.1)
-    edges = board.list_edges(board.find_pin(CHIPS[name].step), origin)
-    rises = [c for c, level in edges if level]
-    falls = [c for c, level in edges if not level]
-    assert_prompt(rises, expect_clocks(origin, board.freq // 20000, 40), PROMPT)
-    assert all(f - r >= pulse for r, f in zip(rises, falls, strict=True))
+    check_pulses(board, CHIPS[name], PROMPT, board.freq // 500000)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_switch_stops_a_stepper(name, make_board):
     board, chip = make_board(name), CHIPS[name]
-    configure(board, name)
+    configure(board, CHIPS[name])
     assert_switch_stops(board, chip.switch, chip.step)
 
 
@@ -187,17 +157,16 @@ def test_open_input_shows_its_pull(name, pull, make_board):
 @pytest.mark.parametrize("name", NAMES)
 def test_analog_input(name, make_board):
     board = make_board(name)
-    configure(board, name)
+    configure(board, CHIPS[name])
     board.analog[board.find_pin(CHIPS[name].sensor)] = 0x5678
-    values = read_analog(board)
-    assert len(values) >= 2 and values[-1] == 4 * (0x5678 >> 4)
+    assert read_analog(board)[-1] == 4 * (0x5678 >> 4)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_two_analog_inputs_share_the_converter(name, make_board):
     board, chip = make_board(name), CHIPS[name]
     other = "P0.25" if name[0] == "l" else "PA3" if name[:4] == "sam3" else "PA18"
-    configure(board, name, more=[
+    configure(board, CHIPS[name], more=[
         ("config_analog_in", dict(oid=5, pin=board.find_pin(other)))])
     board.analog[board.find_pin(chip.sensor)] = 0x1110
     board.analog[board.find_pin(other)] = 0x2220
@@ -217,7 +186,7 @@ def test_two_analog_inputs_share_the_converter(name, make_board):
 def test_wild_reading_is_dropped(name, make_board):
     """Each third conversion is far off; the median of three never is."""
     board = make_board(name)
-    configure(board, name)
+    configure(board, CHIPS[name])
     n_read = []
 
     def convert(clock):
@@ -232,22 +201,7 @@ def test_wild_reading_is_dropped(name, make_board):
 @pytest.mark.parametrize("name", [n for n in NAMES if CHIPS[n].pwm])
 @pytest.mark.parametrize("cycle_time", [0.00005, 0.1])
 def test_hardware_pwm(name, cycle_time, make_board):
-    board = make_board(name)
-    pin, cycle = board.find_pin(CHIPS[name].pwm), round(cycle_time * board.freq)
-    top = board.dictionary["config"]["PWM_MAX"]
-    board.configure(("config_pwm_out", dict(
-        oid=5, pin=pin, cycle_ticks=cycle, value=0, default_value=top,
-        max_duration=0)))
-    for value in (top // 4, top, 0):
-        board.send("queue_pwm_out", oid=5, value=value,
-                   clock=(board.clock + board.freq // 20) % 2**32)
-        board.run_for(0.1 + cycle_time)
-        _, at, ticks, on, whole = board.pwm[-1]
-        assert at == pin and ticks == pytest.approx(cycle, rel=0.01)
-        assert on / whole == pytest.approx(value / top, abs=0.001)
-    board.send("emergency_stop")
-    board.run_for(cycle_time)
-    assert board.pwm[-1][3] == board.pwm[-1][4]
+    check_pwm(make_board(name), CHIPS[name].pwm, cycle_time)
 
 
 @pytest.mark.parametrize("name", [n for n in NAMES if n.startswith("lpc")])
@@ -265,86 +219,26 @@ def test_pwm_channels_share_their_cycle_time(name, make_board):
 @pytest.mark.parametrize("name, bus, number", [
     (name, *bus) for name in NAMES for bus in CHIPS[name].spi])
 def test_spi_bus(name, bus, number, make_board):
-    """A device that answers with the complement, selected by a pin."""
     board = make_board(name)
-    select, seen = board.find_pin(CHIPS[name].select), []
-
-    def answer(data):
-        seen.append((board.list_edges(select)[-1][1], data))
-        return bytes(255 - byte for byte in data)
-
-    board.spi_devices[number] = answer
-    board.configure(
-        ("config_spi", dict(oid=5, pin=select, cs_active_high=0)),
-        ("spi_set_bus", dict(oid=5, spi_bus=find_bus(board, "spi_bus", bus), mode=3,
-                             rate=4000000)))
-    got = board.query("spi_transfer", "spi_transfer_response", oid=5,
-                      data=b"\x01\x80\xaa")
-    assert got["response"] == b"\xfe\x7f\x55"
-    assert seen == [(0, b"\x01"), (0, b"\x80"), (0, b"\xaa")]
-    assert board.list_edges(select)[-1][1] == 1
+    check_spi(board, number, find_bus(board, "spi_bus", bus), CHIPS[name].select)
     assert "BUS_PINS_" + bus in board.dictionary["config"]
 
 
 @pytest.mark.parametrize("name, bus, number", [
     (name, *bus) for name in NAMES for bus in CHIPS[name].i2c])
 def test_i2c_bus(name, bus, number, make_board):
-    """A memory behind a pointer; nobody at another address."""
     board = make_board(name)
-    seen = []
-
-    def answer(data, n_read):
-        if data:
-            seen.append(data)
-        return bytes(range(0x40, 0x40 + n_read))
-
-    board.i2c_devices[number, 0x1C] = answer
-    number = find_bus(board, "i2c_bus", bus)
-    board.configure(*[step for oid, addr in ((5, 0x1C), (6, 0x1D)) for step in (
-        ("config_i2c", dict(oid=oid)),
-        ("i2c_set_bus", dict(oid=oid, i2c_bus=number, rate=100000,
-                             address=addr)))])
-    for n_read in (1, 2, 3, 6):
-        got = board.query("i2c_transfer", "i2c_response", oid=5, write=b"\x07\x81",
-                          read_len=n_read)
-        assert got["i2c_bus_status"] == 0
-        assert got["response"] == bytes(range(0x40, 0x40 + n_read))
-    board.query("i2c_transfer", "i2c_response", oid=5, write=b"\x09", read_len=0)
-    assert seen == [b"\x07\x81"] * 4 + [b"\x09"]
-    got = board.query("i2c_transfer", "i2c_response", oid=6, write=b"\x01",
-                      read_len=0)
-    assert got["i2c_bus_status"] == 2
-    assert board.find_shutdown() is None
+    check_i2c(board, number, find_bus(board, "i2c_bus", bus))
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_shutdown_puts_pins_to_their_defaults(name, make_board):
-    board, chip = make_board(name), CHIPS[name]
-    configure(board, name)
-    start_steps(board, 1000, 60000)
-    board.run_for(0.06)
-    board.send("emergency_stop")
-    stopped = board.list_messages("shutdown")[0]["#clock"]
-    assert board.find_shutdown() == "Command request"
-    assert board.list_edges(board.find_pin(chip.out))[-1][1] == 1
-    assert not board.list_edges(board.find_pin(chip.step), stopped)
-    assert board.query("get_uptime", "uptime")["clock"] > 0
-    board.send("clear_shutdown")
-    assert board.query("get_config", "config")["is_shutdown"] == 0
+    check_defaults(make_board(name), CHIPS[name])
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_shutdown_within_the_timer_interrupt(name, make_board):
-    board = make_board(name)
-    configure(board, name)
-    # more steps than the chip can make
-    start_steps(board, 10, 60000)
-    board.run_for(0.1)
-    assert board.find_shutdown() == "Rescheduled timer in the past"
-    clock = board.query("get_clock", "clock")["clock"]
-    board.run_for(0.5)
-    assert board.query("get_clock", "clock")["clock"] > clock
-    assert not board.resets
+    check_shutdown_in_interrupt(make_board(name), CHIPS[name], 10)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -362,11 +256,7 @@ def test_watchdog_resets_a_hung_program(name, make_board):
     assert board.read_word(vectors + 4 * SYSTICK) & 1
     board.send("debug_write", order=1, addr=place, val=0xE7FE)
     board.send("debug_write", order=2, addr=vectors + 4 * SYSTICK, val=place | 1)
-    begin = board.clock
-    while not board.resets and board.clock < begin + 2 * board.freq:
-        board.run_for(0.05)
-    assert board.resets
-    assert 0.2 < (board.resets[0] - begin) / board.freq < 1.1
+    assert 0.2 < time_to_reset(board) < 1.1
 
 
 # What silicon would not take: register, value, what the emulator says

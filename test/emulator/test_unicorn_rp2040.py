@@ -4,12 +4,20 @@
 import firmware_matrix
 import pytest
 import unicorn_board
-from step_runs import (
-    assert_prompt,
-    assert_switch_stops,
-    expect_clocks,
-    start_steps,
+from chip_checks import (
+    Pins,
+    check_defaults,
+    check_i2c,
+    check_pulses,
+    check_pwm,
+    check_shutdown_in_interrupt,
+    check_spi,
+    check_steps,
+    configure,
+    read_analog,
+    time_to_reset,
 )
+from step_runs import assert_switch_stops, expect_clocks, start_steps
 from test_unicorn import SMALL
 from unicorn_board import UnicornBoard
 
@@ -17,7 +25,7 @@ pytestmark = [pytest.mark.emulator,
               pytest.mark.skipif(bool(unicorn_board.why_not()),
                                  reason=unicorn_board.why_not())]
 
-STEP, DIR, SWITCH, OUT, SENSOR = "gpio11", "gpio10", "gpio4", "gpio25", "gpio27"
+PINS = Pins("gpio11", "gpio10", "gpio4", "gpio25", "gpio27")
 CONFIG = "rp2040_serial"
 CRYSTAL = 12000000
 # From a timer's clock to the pin: ten instructions a tick
@@ -41,36 +49,13 @@ def make_board(adapter, monkeypatch):
     return make
 
 
-def configure(board, step_pulse_ticks=0, invert=-1):
-    pin = board.find_pin
-    board.configure(
-        ("config_stepper", dict(oid=0, step_pin=pin(STEP), dir_pin=pin(DIR),
-                                invert_step=invert,
-                                step_pulse_ticks=step_pulse_ticks)),
-        ("config_endstop", dict(oid=1, pin=pin(SWITCH), pull_up=1)),
-        ("config_trsync", dict(oid=2)),
-        ("config_digital_out", dict(oid=3, pin=pin(OUT), value=0,
-                                    default_value=1, max_duration=0)),
-        ("config_analog_in", dict(oid=4, pin=pin(SENSOR))))
-
-
 def test_from_reset_to_steps(make_board):
     board = make_board()
     constants = board.dictionary["config"]
     assert constants["MCU"] == "rp2040" and constants["ADC_MAX"] == 4095
     assert constants["CLOCK_FREQ"] == 12000000
     assert constants["RESERVE_PINS_serial"] == "gpio1,gpio0"
-    clock = board.query("get_clock", "clock")["clock"]
-    assert 0 < board.clock - clock < 0.01 * board.freq
-    configure(board)
-    assert board.query("get_config", "config")["move_count"] > 1000
-    origin = start_steps(board, board.freq // 5000, 50, add=-3)
-    board.run_for(0.1)
-    edges = [c for c, _ in board.list_edges(board.find_pin(STEP), origin)]
-    assert_prompt(edges, expect_clocks(origin, board.freq // 5000, 50, -3), PROMPT)
-    assert board.query("stepper_get_position", "stepper_position",
-                       oid=0)["pos"] == -50
-    assert board.find_shutdown() is None
+    check_steps(board, PINS, PROMPT, 1000)
 
 
 def test_console_on_usb(make_board):
@@ -78,10 +63,10 @@ def test_console_on_usb(make_board):
     board = make_board("rp2040")
     texts = [board.usb_text(i) for i in range(1, 4)]
     assert texts == ["Klipper", "rp2040", "E66138010203042F"]
-    configure(board)
+    configure(board, PINS)
     origin = start_steps(board, board.freq // 5000, 50)
     board.run_for(0.1)
-    assert len(board.list_edges(board.find_pin(STEP), origin)) == 50
+    assert len(board.list_edges(board.find_pin(PINS.step), origin)) == 50
     assert board.find_shutdown() is None
 
 
@@ -94,21 +79,13 @@ def test_touch_starts_the_boot_loader(chip, make_board):
 
 
 def test_pulses_keep_their_length(make_board):
-    board = make_board()
-    configure(board, 24, invert=0)
-    origin = start_steps(board, board.freq // 20000, 40)
-    board.run_for(0.1)
-    edges = board.list_edges(board.find_pin(STEP), origin)
-    rises = [c for c, level in edges if level]
-    falls = [c for c, level in edges if not level]
-    assert_prompt(rises, expect_clocks(origin, board.freq // 20000, 40), PROMPT)
-    assert all(f - r >= 24 for r, f in zip(rises, falls, strict=True))
+    check_pulses(make_board(), PINS, PROMPT, 24)
 
 
 def test_switch_stops_a_stepper(make_board):
     board = make_board()
-    configure(board)
-    assert_switch_stops(board, SWITCH, STEP)
+    configure(board, PINS)
+    assert_switch_stops(board, PINS.switch, PINS.step)
 
 
 @pytest.mark.parametrize("pin, expected", [
@@ -120,115 +97,36 @@ def test_analog_input(pin, expected, make_board):
         number = board.find_pin(pin)
         board.analog[number] = 0x5678
     board.configure(("config_analog_in", dict(oid=4, pin=number)))
-    board.send("query_analog_in", oid=4, clock=(board.clock + board.freq // 10)
-               % 2**32, sample_ticks=board.freq // 1000, sample_count=4,
-               rest_ticks=board.freq // 10, bytes_per_report=2, min_value=0,
-               max_value=65535, range_check_count=4)
-    board.run_for(0.4)
-    reports = board.list_messages("analog_in_state")
-    assert len(reports) >= 2
-    assert int.from_bytes(reports[-1]["values"], "little") == expected
+    assert read_analog(board)[-1] == expected
 
 
 @pytest.mark.parametrize("cycle_time", [0.00005, 0.1])
 def test_hardware_pwm(cycle_time, make_board):
-    board = make_board()
-    pin, cycle = board.find_pin("gpio19"), round(cycle_time * board.freq)
-    top = board.dictionary["config"]["PWM_MAX"]
-    board.configure(("config_pwm_out", dict(
-        oid=5, pin=pin, cycle_ticks=cycle, value=0, default_value=top,
-        max_duration=0)))
-    for value in (top // 4, top, 0):
-        board.send("queue_pwm_out", oid=5, value=value,
-                   clock=(board.clock + board.freq // 20) % 2**32)
-        board.run_for(0.1)
-        _, at, ticks, on, whole = board.pwm[-1]
-        assert at == pin and ticks == pytest.approx(cycle, rel=0.01)
-        assert on / whole == pytest.approx(value / top, abs=0.001)
-    board.send("emergency_stop")
-    assert board.pwm[-1][3] == board.pwm[-1][4]
+    check_pwm(make_board(), "gpio19", cycle_time)
 
 
 @pytest.mark.parametrize("bus, number", [
     ("spi0c", 0), ("spi1_gpio12_gpio15_gpio14", 1)])
 def test_spi_bus(bus, number, make_board):
-    """A device that answers with the complement, selected by a pin."""
     board = make_board()
     buses = board.dictionary["enumerations"]["spi_bus"]
-    select, seen = board.find_pin("gpio9"), []
-
-    def answer(data):
-        seen.append((board.list_edges(select)[-1][1], data))
-        return bytes(255 - byte for byte in data)
-
-    board.spi_devices[number] = answer
-    board.configure(
-        ("config_spi", dict(oid=5, pin=select, cs_active_high=0)),
-        ("spi_set_bus", dict(oid=5, spi_bus=buses[bus], mode=3, rate=4000000)))
-    got = board.query("spi_transfer", "spi_transfer_response", oid=5,
-                      data=b"\x01\x80\xaa")
-    assert got["response"] == b"\xfe\x7f\x55"
-    assert seen == [(0, b"\x01"), (0, b"\x80"), (0, b"\xaa")]
-    assert board.list_edges(select)[-1][1] == 1
+    check_spi(board, number, buses[bus], "gpio9")
 
 
 @pytest.mark.parametrize("bus, number", [("i2c0e", 0), ("i2c1f", 1)])
 def test_i2c_bus(bus, number, make_board):
-    """A memory behind a pointer; nobody at another address."""
-    board, seen = make_board(), []
-
-    def answer(data, n_read):
-        if data:
-            seen.append(data)
-        return bytes(range(0x40, 0x40 + n_read))
-
-    board.i2c_devices[number, 0x1C] = answer
+    board = make_board()
     buses = board.dictionary["enumerations"]["i2c_bus"]
-    board.configure(*[step for oid, addr in ((5, 0x1C), (6, 0x1D)) for step in (
-        ("config_i2c", dict(oid=oid)),
-        ("i2c_set_bus", dict(oid=oid, i2c_bus=buses[bus], rate=100000,
-                             address=addr)))])
-    for n_read in (1, 2, 6, 40):
-        got = board.query("i2c_transfer", "i2c_response", oid=5, write=b"\x07\x81",
-                          read_len=n_read)
-        assert got["i2c_bus_status"] == 0
-        assert got["response"] == bytes(range(0x40, 0x40 + n_read))
-    board.query("i2c_transfer", "i2c_response", oid=5, write=b"\x09", read_len=0)
-    assert seen == [b"\x07\x81"] * 4 + [b"\x09"]
-    for data, n_read, status in ((b"\x01", 0, 2), (b"", 2, 2)):
-        got = board.query("i2c_transfer", "i2c_response", oid=6, write=data,
-                          read_len=n_read)
-        assert got["i2c_bus_status"] == status
-    assert board.find_shutdown() is None
+    check_i2c(board, number, buses[bus], lengths=(1, 2, 6, 40),
+              absent=((b"\x01", 0), (b"", 2)))
 
 
 def test_shutdown_puts_pins_to_their_defaults(make_board):
-    board = make_board()
-    configure(board)
-    start_steps(board, 200, 60000)
-    board.run_for(0.06)
-    board.send("emergency_stop")
-    stopped = board.list_messages("shutdown")[0]["#clock"]
-    assert board.find_shutdown() == "Command request"
-    assert board.list_edges(board.find_pin(OUT))[-1][1] == 1
-    assert not board.list_edges(board.find_pin(STEP), stopped)
-    # it left the interrupt, if it was in one: everything goes on
-    assert board.query("get_uptime", "uptime")["clock"] > 0
-    board.send("clear_shutdown")
-    assert board.query("get_config", "config")["is_shutdown"] == 0
+    check_defaults(make_board(), PINS, 200)
 
 
 def test_shutdown_within_the_timer_interrupt(make_board):
-    board = make_board()
-    configure(board)
-    # more steps than the chip can make
-    start_steps(board, 2, 60000)
-    board.run_for(0.1)
-    assert board.find_shutdown() == "Rescheduled timer in the past"
-    clock = board.query("get_clock", "clock")["clock"]
-    board.run_for(0.5)
-    assert board.query("get_clock", "clock")["clock"] > clock
-    assert not board.resets
+    check_shutdown_in_interrupt(make_board(), PINS, 2)
 
 
 def test_reset_command(make_board):
@@ -242,10 +140,7 @@ def test_watchdog_resets_a_hung_program(make_board):
     board = make_board()
     board.send("debug_write", order=1, addr=0x20041000, val=0xE7FE)
     board.send("debug_write", order=2, addr=0x20000000 + 4 * 16, val=0x20041001)
-    begin = board.clock
-    while not board.resets and board.clock < begin + 2 * board.freq:
-        board.run_for(0.05)
-    assert 0.4 < (board.resets[0] - begin) / board.freq < 0.6
+    assert 0.4 < time_to_reset(board) < 0.6
 
 
 @pytest.mark.slow
@@ -273,7 +168,6 @@ def test_uf2_holds_the_program():
     assert got.startswith(image) and len(got) - len(image) < 256
 
 
-
 @pytest.fixture
 def rp2350(make_board):
     board = make_board("rp2350")
@@ -282,7 +176,7 @@ def rp2350(make_board):
     return board
 
 
-@pytest.mark.parametrize("step", [STEP, "gpio40"])
+@pytest.mark.parametrize("step", [PINS.step, "gpio40"])
 def test_rp2350_steps(step, rp2350):
     """On pins of both banks."""
     pin = rp2350.find_pin
