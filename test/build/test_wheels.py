@@ -189,6 +189,19 @@ def test_compiler_writes_no_path_of_the_build(tmp_path):
     assert made[0] == made[1] and str(tmp_path).encode() not in made[0]
 
 
+@pytest.mark.parametrize("arch", ["armv7l", "aarch64"])
+def test_module_holds_what_it_uses(tmp_path, arch):
+    """Modules are linked without -O: the compiler's library stays outside."""
+    pytest.importorskip("ziglang")
+    target = targets.Target("311", targets.ARCHES[arch])
+    compiler = building.make_compiler(target, tmp_path)
+    (tmp_path / "a.c").write_text("int add(int a, int b) { return a / b; }")
+    for args in (["-O2", "-g1", "-fPIC", "-c", "a.c", "-o", "a.o"],
+                 ["-shared", "a.o", "-o", "a.so"]):
+        subprocess.run([compiler, *args], check=True, cwd=tmp_path)
+    assert (tmp_path / "a.so").stat().st_size < 16000
+
+
 def test_loader_is_where_programs_look(tmp_path):
     merged, split = tmp_path / "merged", tmp_path / "split"
     (merged / "usr/lib").mkdir(parents=True)
