@@ -11,7 +11,11 @@
 
 DECL_CONSTANT("ADC_MAX", 4095);
 #ifdef ADC_INPUT_TEMPERATURE
-DECL_ENUMERATION("pin", "ADC_TEMPERATURE", 0xfe);
+DECL_ENUMERATION("pin", "ADC_TEMPERATURE", PIN_ADC_TEMPERATURE);
+#endif
+#ifdef ADC_INPUT_TEMPERATURE_CTAT
+/* the second sensor, whose voltage falls */
+DECL_ENUMERATION("pin", "ADC_TEMPERATURE_CTAT", PIN_ADC_TEMPERATURE_CTAT);
 #endif
 
 #define UNIT0 ((struct adc_regs *)ADC0_BASE)
@@ -73,7 +77,8 @@ static void prepare(struct adc_regs *regs)
     if (regs->CTRLA & CTRLA_ENABLE)
         return;
     regs->CALIB = (uint16_t)(regs == UNIT0 ? NVM_ADC0_CALIB : NVM_ADC1_CALIB);
-    SUPC_VREF |= SUPC_VREF_TSEN;
+    /* on demand: the channel says which of the two sensors */
+    SUPC_VREF |= SUPC_VREF_TSEN | SUPC_VREF_ONDEMAND;
     regs->CTRLA = 4u << 8; /* by 32 */
 #else
     if (regs->CTRLA & CTRLA_ENABLE)
@@ -125,6 +130,11 @@ static struct gpio_adc find_input(uint32_t pin)
     if (pin == PIN_ADC_TEMPERATURE)
         return adc;
 #endif
+#ifdef ADC_INPUT_TEMPERATURE_CTAT
+    adc.channel = ADC_INPUT_TEMPERATURE_CTAT;
+    if (pin == PIN_ADC_TEMPERATURE_CTAT)
+        return adc;
+#endif
     shutdown("Not a valid ADC pin");
 }
 
@@ -133,7 +143,7 @@ struct gpio_adc adc_setup(uint32_t pin)
     struct gpio_adc adc = find_input(pin);
 
     prepare(adc.regs);
-    if (pin != PIN_ADC_TEMPERATURE)
+    if (pin != PIN_ADC_TEMPERATURE && pin != PIN_ADC_TEMPERATURE_CTAT)
         gpio_mux(pin, MUX_B, 0);
     return adc;
 }

@@ -11,6 +11,7 @@
 #define GPIO(LETTER, BIT) (((LETTER) - 'A') * 32 + (BIT))
 #define GPIO_NONE 0xff
 #define PIN_ADC_TEMPERATURE 0xfe
+#define PIN_ADC_TEMPERATURE_CTAT 0xfd
 
 /* Generators: 0 is the processor's, 1 that of peripherals */
 #if CONFIG_MACH_SAMX5

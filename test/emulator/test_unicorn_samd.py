@@ -33,6 +33,8 @@ CONFIGS = [("samd21g18", "samd21g18", 32768),
            ("same51j19", "same51j19", 32768)]
 ON_UART = [CONFIGS[1], CONFIGS[3], CONFIGS[4]]
 NAMES = "config, chip, crystal"
+# What they show at 25 degC; the second one is a D51's
+CHIP_SENSORS = {"ADC_TEMPERATURE": 828, "ADC_TEMPERATURE_CTAT": 869}
 # From a timer's clock to the pin, in instructions; a C21 reads its clock slowly
 PROMPT = 70
 
@@ -92,11 +94,11 @@ def test_switch_stops_a_stepper(config, chip, crystal, make_board):
 
 
 @pytest.mark.parametrize(NAMES, ON_UART)
-@pytest.mark.parametrize("pin", ["PA2", "PA11", "ADC_TEMPERATURE"])
+@pytest.mark.parametrize("pin", ["PA2", "PA11", *CHIP_SENSORS])
 def test_analog_input(config, chip, crystal, pin, make_board):
     board = make_board(config, chip, crystal)
     number = board.dictionary["enumerations"]["pin"].get(pin)
-    if number is None and pin == "ADC_TEMPERATURE":
+    if number is None and pin in CHIP_SENSORS:
         pytest.skip("not with the converter of this chip")
     if number is None:
         number = board.find_pin(pin)
@@ -104,7 +106,7 @@ def test_analog_input(config, chip, crystal, pin, make_board):
     if pin == "PA11" and "PA11" in board.dictionary["config"]["RESERVE_PINS_serial"]:
         pytest.skip("the console's")
     board.configure(("config_analog_in", dict(oid=4, pin=number)))
-    expected = 828 if pin == "ADC_TEMPERATURE" else 0x5678 >> 4
+    expected = CHIP_SENSORS.get(pin, 0x5678 >> 4)
     assert read_analog(board)[-1] == 4 * expected
 
 

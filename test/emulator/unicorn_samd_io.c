@@ -419,15 +419,36 @@ samd_adc_write(struct samd_device *d, uint32_t offset, uint32_t size,
 }
 
 #define AT_25_DEGREES 828       /* 0.667 V of 3.3 V */
+#define FALLING_AT_25_DEGREES 869
+#define SUPC_ADDRESS 0x40001800
+
+/* What the chip's sensors show; a D51 has two, and a register that chooses. */
+static uint32_t
+adc_temperature(uint32_t channel)
+{
+    uint32_t i, vref = 0;
+
+    if (samd.line != SAMD51)
+        return AT_25_DEGREES;
+    for (i = 0; i < samd.n_devices; i++)
+        if (samd.devices[i].info->base == SUPC_ADDRESS)
+            vref = samd_get(&samd.devices[i], 0x1c, 4);
+    if (!(vref & 2))
+        chip_fault("the temperature sensors are off");
+    if (vref & 0x80 ? channel == 0x1d : vref & 8)
+        return FALLING_AT_25_DEGREES;
+    return AT_25_DEGREES;
+}
 
 void
 samd_adc_event(struct samd_device *d)
 {
     const struct adc_map *map = &adc_maps[samd.line];
-    int pin = adc_pin(d->info->index, samd_get(d, map->input, 1) & 31);
+    uint32_t channel = samd_get(d, map->input, 1) & 31;
+    int pin = adc_pin(d->info->index, channel);
 
     d->due = NEVER;
-    samd_put(d, map->result, 2, pin < 0 ? AT_25_DEGREES
+    samd_put(d, map->result, 2, pin < 0 ? adc_temperature(channel)
              : chip.host.adc_in(chip.host.ctx, chip_now(), (uint32_t)pin) >> 4);
     d->regs[map->intflag] |= 1;
 }

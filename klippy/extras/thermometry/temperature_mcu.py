@@ -1,17 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """sensor_type temperature_mcu: the temperature of the chip of an mcu.
 
-Each family's sensor gives a voltage that is a straight line over the temperature.
+Each family's sensor gives a voltage that is a straight line over the temperature;
+those of the SAM D51 are two (twin_sensor.py).
 Where the maker has measured the chip, the firmware reads the values from its memory.
 """
 from dataclasses import dataclass
 
 from klippy import mcu as mcu_module
-from klippy.extras import adc_temperature
+from klippy.extras import adc_temperature, twin_sensor
 
 PIN = "ADC_TEMPERATURE"
 READ_16 = 1
 READ_32 = 2
+GIVE_POINTS = ("give sensor_temperature1, sensor_adc1, sensor_temperature2 and"
+               " sensor_adc2")
 
 
 @dataclass(frozen=True)
@@ -101,6 +104,7 @@ class PrinterTemperatureMCU(adc_temperature.PrinterADCtoTemperature):
         self.mcu_name = config.get("sensor_mcu", "mcu")
         self.reference = config.getfloat("reference_voltage", 3.3, above=0.0)
         self.points = self._read_points(config)
+        self.twin = self.watch = None       # of chips with two sensors
         super().__init__(config, Line(), "%s:%s" % (self.mcu_name, PIN))
         self.printer.register_event_handler("klippy:mcu_identify",
                                             self._handle_identify)
@@ -125,30 +129,80 @@ class PrinterTemperatureMCU(adc_temperature.PrinterADCtoTemperature):
 
     def _handle_identify(self):
         line, points = self.adc_convert, self.points
+        mcu = mcu_module.get_printer_mcu(self.printer, self.mcu_name)
+        chip = str(mcu.get_constants().get("MCU", ""))
         if len(points) == 2:
             line.set_points(*points[0], *points[1])
+        elif chip.startswith(twin_sensor.FAMILIES):
+            self._add_twin(mcu)
         else:
-            self._calibrate(line)
+            self._calibrate(line, mcu, chip)
             if points:
                 line.set_point(*points[0])
         if self.range is not None:
             self.apply_range()
 
-    def _calibrate(self, line):
+    def _add_twin(self, mcu):
+        """Read the second sensor of the chip, and go by both."""
+        if self.points:
+            raise self._make_error("its chip has two sensors, which one point cannot"
+                                   " shift; give two, or none")
+        if twin_sensor.FALLING_PIN not in mcu.get_enumerations().get("pin", {}):
+            raise self._make_error(
+                "the firmware of mcu '%s' does not show the second sensor of its"
+                " chip; flash a newer one, or %s" % (self.mcu_name, GIVE_POINTS))
+        words = [self._read_memory(mcu, READ_32, twin_sensor.LOG_ROW + 4 * i)
+                 for i in range(twin_sensor.N_LOG_WORDS)]
+        try:
+            curve = twin_sensor.TwinCurve(*twin_sensor.decode_log(words))
+        except ValueError:
+            if not mcu.is_fileoutput():
+                raise self._make_uncalibrated() from None
+            return
+        self.twin = self.adc_convert = twin_sensor.TwinSensor(curve)
+        pin = self.printer.lookup_object("pins").setup_pin(
+            "adc", "%s:%s" % (self.mcu_name, twin_sensor.FALLING_PIN))
+        pin.setup_adc_callback(self.twin.note_falling)
+        pin.setup_adc_sample(adc_temperature.REPORT_TIME, adc_temperature.SAMPLE_TIME,
+                             adc_temperature.SAMPLE_COUNT)
+
+    def apply_range(self):
+        if self.twin is None:
+            super().apply_range()
+        else:
+            self.watch = twin_sensor.RangeWatch(
+                *self.range, adc_temperature.RANGE_CHECK_COUNT)
+
+    def _handle_samples(self, samples):
+        if self.twin is not None and not self.twin.is_ready:
+            return
+        super()._handle_samples(samples)
+        if self.watch is None:
+            return
+        temperature = self.adc_convert.calc_temp(samples[-1][1])
+        if self.watch.note(temperature):
+            self.printer.invoke_async_shutdown(
+                "Sensor of '%s' (mcu '%s') reads %.1f degC, outside its range"
+                " %.1f..%.1f" % (self.section, self.mcu_name, temperature, *self.range))
+
+    def _make_error(self, text):
+        return self.printer.config_error("Section '%s': %s" % (self.section, text))
+
+    def _make_uncalibrated(self):
+        return self._make_error("mcu '%s' has no calibration of its temperature sensor;"
+                                " %s" % (self.mcu_name, GIVE_POINTS))
+
+    def _calibrate(self, line, mcu, chip):
         """By what is known of the chip."""
-        mcu = mcu_module.get_printer_mcu(self.printer, self.mcu_name)
-        chip = str(mcu.get_constants().get("MCU", ""))
         if chip.startswith("samd21"):
             self._set_samd21(line, mcu)
             return
         family = max((name for name in FAMILIES if chip.startswith(name)),
                      key=len, default=None)
         if family is None:
-            raise self.printer.config_error(
-                "Section '%s': nothing is known about a temperature sensor in the"
-                " '%s' of mcu '%s'. If it has one, give sensor_temperature1,"
-                " sensor_adc1, sensor_temperature2 and sensor_adc2"
-                % (self.section, chip, self.mcu_name))
+            raise self._make_error(
+                "nothing is known about a temperature sensor in the '%s' of mcu '%s'."
+                " If it has one, %s" % (chip, self.mcu_name, GIVE_POINTS))
         facts = FAMILIES[family]
         if isinstance(facts, Typical):
             line.set_typical(facts, self.reference)
@@ -161,11 +215,7 @@ class PrinterTemperatureMCU(adc_temperature.PrinterADCtoTemperature):
                      for address in (facts.low_address, facts.high_address))
         if low == high:
             if not mcu.is_fileoutput():
-                raise self.printer.config_error(
-                    "Section '%s': mcu '%s' has no calibration of its temperature"
-                    " sensor; give sensor_temperature1, sensor_adc1,"
-                    " sensor_temperature2 and sensor_adc2"
-                    % (self.section, self.mcu_name))
+                raise self._make_uncalibrated()
             high = low + 1.0
         line.set_points(facts.low_temperature, low, facts.high_temperature, high)
 

@@ -54,8 +54,11 @@ def test_one_point_moves_the_line(tmp_path, monkeypatch):
 class Chip:
     """An mcu of a family, with what its maker left in its memory."""
 
-    def __init__(self, name, memory):
-        self.name, self.memory = name, memory
+    def __init__(self, name, memory, pins=()):
+        self.name, self.memory, self.pins = name, memory, pins
+
+    def get_enumerations(self):
+        return {"pin": dict.fromkeys(self.pins, 0)}
 
     def get_constants(self):
         return {"MCU": self.name}
@@ -73,14 +76,21 @@ class Chip:
         return {"val": value & (0xffff if order == 1 else 0xffffffff)}
 
 
-def calibrate(name, memory=None, **options):
+def identify(name, memory=None, pins=(), **options):
     printer = Printer({"temperature_sensor chip": options})
+    printer.invoke_async_shutdown = printer.invoke_shutdown
     sensor = temperature_mcu.PrinterTemperatureMCU(
         printer.make_section("temperature_sensor chip"))
-    printer.objects["mcu"] = Chip(name, memory or {})
-    sensor.setup_callback(lambda time, temp: None)
+    printer.objects["mcu"] = Chip(name, memory or {}, pins)
+    told = []
+    sensor.setup_callback(lambda time, temp: told.append(temp))
+    sensor.setup_minmax(0.0, 100.0)
     printer.send("klippy:mcu_identify")
-    return sensor.adc_convert
+    return printer, sensor, told
+
+
+def calibrate(name, memory=None, **options):
+    return identify(name, memory, **options)[1].adc_convert
 
 
 # (chip, volts at 3.3 V, degC): the data sheets' typical values
@@ -130,3 +140,75 @@ def test_reference_voltage():
 def test_nothing_is_known(name, memory):
     with pytest.raises(ConfigError, match="give sensor_temperature1"):
         calibrate(name, memory)
+
+
+# Volts of the two sensors of a D51 at degC: one rises, one falls
+def calc_rising(temp):
+    return 0.667 + 0.0022 * (temp - 25.0)
+
+
+def calc_falling(temp):
+    return 0.7 - 0.0017 * (temp - 25.0)
+
+
+def make_log_row():
+    """What the maker writes: read at 25.3 and 83.2 degC, by 1 V."""
+    rising, falling = ([round(calc(temp) * 4095) for temp in (25.3, 83.2)]
+                       for calc in (calc_rising, calc_falling))
+    words = [25 | 3 << 8 | 83 << 12 | 2 << 20,
+             rising[0] << 8 | rising[1] << 20, falling[0] | falling[1] << 12]
+    return {0x00800100 + 4 * i: word for i, word in enumerate(words)}
+
+
+PINS = ("ADC_TEMPERATURE", "ADC_TEMPERATURE_CTAT")
+
+
+def show(printer, temp, supply=3.3):
+    """Have both sensors report."""
+    for pin, calc in zip(PINS[::-1], (calc_falling, calc_rising), strict=True):
+        printer.pins["mcu:" + pin].report(1.0, calc(temp) / supply)
+
+
+@pytest.mark.parametrize("chip", ["samd51p20a", "same51j19a", "same54p20a"])
+@pytest.mark.parametrize("temp", [-20.0, 25.3, 41.0, 83.2, 110.0])
+@pytest.mark.parametrize("supply", [3.3, 3.1])
+def test_two_sensors(chip, temp, supply):
+    """The supply's voltage does not count."""
+    printer, _, told = identify(chip, make_log_row(), PINS)
+    show(printer, temp, supply)
+    assert told == [pytest.approx(temp, abs=0.2)]
+
+
+def test_two_sensors_tell_nothing_before_both_were_read():
+    printer, sensor, told = identify("samd51p20a", make_log_row(), PINS)
+    printer.pins["mcu:ADC_TEMPERATURE"].report(1.0, calc_rising(30.0) / 3.3)
+    assert told == [] and sensor._explain_shutdown("", {"mcu": "mcu"}) is None
+
+
+def test_two_sensors_outside_the_range():
+    printer, _, _ = identify("samd51p20a", make_log_row(), PINS)
+    for temp in (105.0, 105.0, 105.0, 95.0, 105.0, 105.0, 105.0):
+        show(printer, temp)
+        assert not printer.is_shutdown()
+    show(printer, 105.0)
+    message = printer.shutdown_message
+    assert "'temperature_sensor chip' (mcu 'mcu') reads 105." in message
+    assert "0.0..100.0" in message
+
+
+@pytest.mark.parametrize("memory,pins,options,text", [
+    ({}, PINS[:1], {}, "does not show the second sensor.*give sensor_temperature1"),
+    (dict.fromkeys(make_log_row(), 0xffffffff), PINS, {}, "has no calibration"),
+    (dict.fromkeys(make_log_row(), 0), PINS, {}, "has no calibration"),
+    (make_log_row(), PINS, {"sensor_temperature1": 30, "sensor_adc1": 0.2},
+     "give two, or none")])
+def test_two_sensors_without_what_they_need(memory, pins, options, text):
+    with pytest.raises(ConfigError, match=text):
+        identify("samd51p20a", memory, pins, **options)
+
+
+def test_two_sensors_with_points_of_the_users_own():
+    _, sensor, _ = identify(
+        "samd51p20a", {}, PINS[:1], sensor_temperature1=20, sensor_adc1=0.2,
+        sensor_temperature2=40, sensor_adc2=0.3)
+    assert sensor.adc_convert.calc_temp(0.25) == pytest.approx(30.0)
