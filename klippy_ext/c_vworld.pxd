@@ -118,6 +118,7 @@ cdef extern from "vmcu.h" nogil:
 
     uint64_t vmcu_clock_at(const vmcu *m, double time)
     double vmcu_time_at(const vmcu *m, uint64_t clock)
+    void vmcu_set_ppm(vmcu *m, double time, double ppm)
     int vmcu_reset(vmcu *m, double time)
 
 

@@ -31,6 +31,7 @@ from klippy_ext.c_vworld cimport (
     vmcu_clock_at,
     vmcu_options,
     vmcu_reset,
+    vmcu_set_ppm,
     vmcu_time_at,
     voutput_read_duty,
     vpins_bind_switch,
@@ -318,6 +319,11 @@ cdef class VirtualMcu:
     def time_at(self, uint64_t clock):
         """Time of the world (s) at a clock since the last power-up."""
         return vmcu_time_at(self.mcu, clock)
+
+    def set_ppm(self, double ppm):
+        """Have the crystal run off by so much from now on, as when it warms up."""
+        self.world.check_idle()
+        vmcu_set_ppm(self.mcu, vworld_get_now(self.world.world), ppm)
 
     def find_pin(self, name):
         """Number of a pin by its name in the firmware; KeyError if unknown."""

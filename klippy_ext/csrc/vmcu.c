@@ -220,6 +220,20 @@ vmcu_time_at(const struct vmcu *m, uint64_t clock)
     return m->base_time + ticks / m->rate;
 }
 
+void
+vmcu_set_ppm(struct vmcu *m, double time, double ppm)
+{
+    uint64_t clock = vmcu_clock_at(m, time);
+
+    /* The tick that runs now ends as it began */
+    m->base_time = vmcu_time_at(m, clock);
+    m->base_clock = clock;
+    if (m->done_clock < clock)
+        m->done_clock = clock;
+    m->rate = m->freq * (1. + ppm * 1e-6);
+    note_next(m, m->next_clock);
+}
+
 int
 vmcu_open(struct vmcu *m, const struct vmcu_options *o, const double *now)
 {

@@ -60,6 +60,8 @@ int vmcu_open(struct vmcu *m, const struct vmcu_options *o,
 void vmcu_close(struct vmcu *m);
 uint64_t vmcu_clock_at(const struct vmcu *m, double time);
 double vmcu_time_at(const struct vmcu *m, uint64_t clock);
+/* From `time` on the crystal is off by so many parts per million. */
+void vmcu_set_ppm(struct vmcu *m, double time, double ppm);
 /* Let everything up to `time` happen, and at least the next event.  Returns
  * 0, or -1 if a reset failed. */
 int vmcu_run(struct vmcu *m, double time);

@@ -82,6 +82,20 @@ def test_clocks_of_two_crystals(library):
     assert fast.get_clock() == 100010000
 
 
+def test_crystal_that_warms_up(library):
+    """The clock does not jump when its rate changes, now and then mid-tick."""
+    world = VirtualWorld()
+    mcu = world.add_mcu("a", library, ppm=100.)
+    world.advance(100.)
+    before = mcu.clock_at(100.)
+    mcu.set_ppm(-200.)
+    assert mcu.clock_at(100.) == before == 100010000
+    world.advance(200.00000049)
+    mcu.set_ppm(0.)
+    assert mcu.clock_at(300.) == before + 99980000 + 100000000
+    assert mcu.time_at(before + 99980000) == pytest.approx(200., abs=1e-6)
+
+
 def test_seed_starts_the_clock_anywhere(library):
     world = VirtualWorld(seed=1)
     clocks = [world.add_mcu("m", library, seed=i).get_clock() for i in range(3)]

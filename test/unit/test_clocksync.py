@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Conversions and steering, on a link of perfect latency in virtual time."""
 
+import random
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -41,15 +43,16 @@ class Link:
         self.msgparser = msgproto.MessageParser()
         self.msgparser.process_identify(dictionary_zlib())
         self.estimates, self.sent, self.handler = [], 0, None
+        self.calc_latency = lambda: LATENCY
 
     def true_clock(self, time):
         return (time - self.boot) * self.rate
 
     def answer(self):
         sent = self.host.now
-        self.host.now += LATENCY
+        self.host.now += self.calc_latency()
         clock = int(self.true_clock(self.host.now))
-        self.host.now += LATENCY
+        self.host.now += self.calc_latency()
         return {"clock": clock & 0xffffffff, "high": clock >> 32,
                 "#sent_time": sent, "#receive_time": self.host.now}
 
@@ -113,13 +116,31 @@ def test_silence_is_noticed_after_some_samples():
     link = connect(host, sync)
     lost = []
     sync.set_lost_callback(lambda: lost.append(sync.pending_count))
-    for _ in range(4):
-        sync._take_sample(host.now)
-    assert sync.is_active() and not lost
-    sync._take_sample(host.now)
-    assert not sync.is_active() and lost and link.sent == 5
+    start = host.now
+    while not lost:
+        assert sync.is_active()
+        host.now = sync._take_sample(host.now)
+    assert not sync.is_active() and lost == [4]
+    assert 3.9 < host.now - start < 5.
     link.handler(link.answer())
     assert sync.is_active()
+
+
+def test_jittery_link_is_asked_more_often():
+    host = Host()
+    sync = ClockSync(host)
+    link = connect(host, sync)
+    rng = random.Random(5)
+    link.calc_latency = lambda: LATENCY + rng.uniform(0., 0.004)
+    link.sent, start = 0, host.now
+    while host.now < start + 60.:
+        waketime = sync._take_sample(host.now)
+        link.handler(link.answer())
+        host.now = max(host.now, waketime)
+    assert 1500 < link.sent < 4800
+    assert sync.estimated_print_time(host.now) == pytest.approx(
+        link.true_clock(host.now) / 16e6, abs=50e-6)
+    assert "jitter_to=0.002" in sync.dump_debug()
 
 
 @pytest.mark.parametrize("main_ppm,other_ppm", [(0., 0.), (200., -200.), (-150., 90.)])
