@@ -75,6 +75,10 @@ test-systemd: setup-test host simulator ## Run the service under a real systemd,
 	PYTHON=$(PYTHON3) sh scripts/system_packages.sh systemd
 	$(PY) -m pytest test/service -m "" -rs
 
+.PHONY: test-vm
+test-vm: setup-test setup-vm host ## Try the links on a kernel's CAN and USB, in a virtual machine
+	$(PY) -m pytest test/vm -m "" -rs
+
 .PHONY: lint
 lint: setup-lint ## Check style: ruff, cython-lint
 	$(PY) -m ruff check klippy klippy_ext scripts test setup.py
@@ -102,7 +106,8 @@ mutation: setup-test ## Make 100 faults in the firmware, count those the tests s
 	$(PY) test/mutation $(MUTATION)
 
 .PHONY: nightly
-nightly: test-slow ## What takes too long for each change: slow proofs, fuzzers, faults
+nightly: setup-vm $(VENV)/stamp-registers test-slow ## What takes too long for each change: slow proofs, fuzzers, faults
+	$(PY) -m pytest test/firmware -k registers -rs $(SPREAD)
 	KLIPPY_HYPOTHESIS=explore $(PY) -m pytest test/unit $(SPREAD)
 	$(MAKE) --no-print-directory fuzz FUZZ_SECONDS=600
 	$(MAKE) --no-print-directory fuzz-firmware FUZZ_SECONDS=600
@@ -146,17 +151,26 @@ $(VENV)/stamp-test: $(VENV)/stamp-run
 	$(PIP) install "atheris>=2.3" || echo "no atheris here: two fuzz tests are skipped"
 	touch $@
 
+# Facts about registers, 800 MB of them
+$(VENV)/stamp-registers: $(VENV)/stamp-test
+	$(PIP) install cmsis-svd==0.4
+	touch $@
+
 $(VENV)/stamp-lint: $(VENV)/bin/python
 	$(PIP) install "ruff>=0.8" "cython-lint>=0.16"
 	touch $@
 
-.PHONY: setup-run setup-test setup-lint setup-clients
+.PHONY: setup-run setup-test setup-lint setup-clients setup-vm
 setup-run: $(VENV)/stamp-run
 setup-test: $(VENV)/stamp-test
 	PYTHON=$(PYTHON3) sh scripts/system_packages.sh test
 setup-lint: $(VENV)/stamp-lint
 setup-clients: $(VENV)/stamp-run
 	$(PY) test/clients/packages.py
+
+setup-vm: $(VENV)/stamp-run
+	PYTHON=$(PYTHON3) sh scripts/system_packages.sh vm
+	sh scripts/fetch_vm_kernel.sh
 
 include src/firmware.mk
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Install the Debian packages that a make target needs, or say how.
 #
-# usage: system_packages.sh run|test|systemd|wheels
+# usage: system_packages.sh run|test|systemd|wheels|vm
 #
 # Nothing is installed when everything is there already.  Without root (or a
 # password-less sudo) the exact command line is printed instead and the script
@@ -10,7 +10,7 @@
 set -eu
 
 usage() {
-    echo "usage: $0 run|test|systemd|wheels   (installs what that make target needs)"
+    echo "usage: $0 run|test|systemd|wheels|vm   (installs what that make target needs)"
 }
 
 # missing "package:test command" ...: print the packages whose test fails
@@ -28,7 +28,7 @@ sys.exit(not os.path.exists(sysconfig.get_paths()[\"include\"]+\"/Python.h\"))'"
 
 case "${1:-}" in
     -h|--help) usage; exit 0 ;;
-    run|test|systemd|wheels) ;;
+    run|test|systemd|wheels|vm) ;;
     *) usage >&2; exit 2 ;;
 esac
 
@@ -58,6 +58,8 @@ case "$1" in
     systemd) need="$need$(missing "systemd-container:command -v systemd-nspawn")" ;;
     wheels) need="$need$(missing "qemu-user-static:command -v qemu-arm-static" \
         "mmdebstrap:command -v mmdebstrap")" ;;
+    vm) need="$need$(missing "qemu-system-x86:command -v qemu-system-x86_64" \
+        "busybox-static:test -x /bin/busybox")" ;;
 esac
 [ -n "$need" ] || exit 0
 

@@ -36,7 +36,7 @@ switch gpio9 1 below -200 z 1
 
 CONFIG = """
 [mcu]
-serial: %(console)s
+%(link)s
 
 [printer]
 kinematics: cartesian
@@ -123,7 +123,7 @@ class Printer:
         self.path = str(folder / "api")
         self.process = subprocess.Popen(
             [sys.executable, "-m", "klippy", "run", str(folder / "printer.cfg"),
-             "-a", self.path, "-l", str(self.log)],
+             "-a", self.path, "-l", str(self.log), "-n"],
             cwd=ROOT, stdin=subprocess.DEVNULL)
         self.socket, self.last_id = None, 0
         self.connect()
@@ -219,11 +219,15 @@ class Machine:
         self.run = LinuxProcess(program, folder, *options)
         assert self.run.process.poll() is None, self.run.read_errors()
         (folder / "printer.cfg").write_text(
-            CONFIG % {"console": self.run.link} + config)
+            CONFIG % {"link": self.open_link()} + config)
         self.io = FakeIo(folder)
         self.hotend = Hotend(self.io)
         self.hotend.start()
         self.printer = Printer(folder)
+
+    def open_link(self):
+        """What the printer.cfg says of the way to the firmware."""
+        return "serial: " + self.run.link
 
     def positions(self):
         """mm of x, y, z as the motors have moved."""

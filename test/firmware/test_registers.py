@@ -2,7 +2,7 @@
 """Our register headers of STM32 against the makers' CMSIS-SVD files.
 
 Those come with the Python package cmsis-svd 0.4 (800 MB unpacked), which
-nothing else needs: without it these tests are skipped.
+nothing else needs: without it these tests are skipped.  `make nightly` installs it.
 """
 
 import importlib.util
