@@ -10,7 +10,15 @@ import random
 import re
 
 from klippy.errors import ConfigError
-from klippy.simulator import axes, filament, firmware, pinmap, settings, wiring
+from klippy.simulator import (
+    axes,
+    filament,
+    firmware,
+    palette,
+    pinmap,
+    settings,
+    wiring,
+)
 
 THERMAL_PERIOD = 0.1
 CONFIG_STEPPER = re.compile(r"config_stepper .*step_pin=(?P<pin>\S+) .*"
@@ -48,6 +56,7 @@ class SimMachine:
         self.thermal.spools = self.filament.spools
         if self.filament.updates:
             world.add_ticker(filament.PERIOD, self.filament.tick)
+        self.palette = self._add_palette()
         self.configured = set()
         self.last_tick = world.monotonic()
         world.add_ticker(THERMAL_PERIOD, self._tick)
@@ -63,6 +72,14 @@ class SimMachine:
                 baud=self.options.baud, latency=self.options.latency,
                 seed=self.seed + index)
         return mcus
+
+    def _add_palette(self):
+        """The SimPalette that [palette2] is about, None without the section."""
+        if "palette2" not in self.config.sections:
+            return None
+        device = palette.SimPalette(self.filament.spools.get("extruder"))
+        self.world.add_ticker(palette.PERIOD, device.tick)
+        return device
 
     def _find_pin(self, name):
         """Number of a pin by the firmware's own name for it, or -1."""

@@ -104,7 +104,7 @@ SECTIONS = [
 TSL = ("tsl1401cl_filament_width_sensor", "pin: H3\nmeasurement_delay: 70\n"
        "default_nominal_filament_diameter: 1.75\nmax_difference: 0.2")
 # Not of this printer: commands and sections without what they need here
-ELSEWHERE = {"palette2", "tsl1401cl_filament_width_sensor"}
+ELSEWHERE = {"tsl1401cl_filament_width_sensor"}
 # Sections that are read by the same code
 TWINS = {"heater_bed": "heater_generic"}
 # A default that differs for a reason
@@ -219,8 +219,7 @@ def test_built_in_sensors():
     assert known >= set(FACTS["sensor_names"])
 
 
-@pytest.mark.parametrize("name", sorted(
-    name for name in FACTS["commands"] if not name.startswith("PALETTE")))
+@pytest.mark.parametrize("name", sorted(FACTS["commands"]))
 def test_commands(printer, name):
     assert name in printer["commands"]
 
