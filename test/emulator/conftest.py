@@ -7,7 +7,9 @@ import sys
 import pytest
 import simavr_chip
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "klippy"))
+TEST = pathlib.Path(__file__).resolve().parents[1]
+sys.path += [str(TEST / "klippy"), str(TEST / "firmware")]
+import simboard  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -16,3 +18,10 @@ def atmega2560(tmp_path_factory):
     folder = tmp_path_factory.mktemp("simavr")
     return (simavr_chip.build_adapter(folder),
             simavr_chip.build_firmware(folder, "atmega2560"))
+
+
+@pytest.fixture(autouse=True)
+def close_boards():
+    """Boards do not outlive the test that made them."""
+    yield
+    simboard.close_boards()

@@ -2,12 +2,20 @@
 """Fixtures: the simulator firmware, built once a session, and boards of it."""
 
 import pytest
+import simboard
 from simboard import SimBoard, build_simulator
 
 
 @pytest.fixture(scope="session")
 def simulator_so():
     return build_simulator()
+
+
+@pytest.fixture(autouse=True)
+def close_boards():
+    """Boards do not outlive the test that made them."""
+    yield
+    simboard.close_boards()
 
 
 @pytest.fixture

@@ -44,12 +44,16 @@ def list_commands(board, prefix=""):
 
 @pytest.fixture
 def fresh(simulator_so):
-    """Make a board with some buses, as often as it is called."""
+    """Make a board with some buses, as often as it is called; the one before ends."""
     first = SimBoard(simulator_so)
     dictionary = first.identify()
+    boards = []
 
     def make():
+        while boards:
+            boards.pop().close()
         board = SimBoard(simulator_so)
+        boards.append(board)
         for kind in ("commands", "responses", "output"):
             board.use_formats(dictionary[kind])
         board.dictionary, board.strings = dictionary, first.strings
