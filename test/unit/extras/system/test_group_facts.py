@@ -100,6 +100,7 @@ SECTIONS = [
      "runout_gcode: M400\ninsert_gcode: M400\nimmediate_runout_gcode: M400"),
     ("board_pins", "aliases: X1=O20"), ("board_pins b", "aliases_name: X2=O21"),
     ("duplicate_pin_override", "pins: O22"), ("duplicate_pin_override n", "pins: O23"),
+    ("palette2", "serial: /dev/ttyUSB0"),
 ]
 TSL = ("tsl1401cl_filament_width_sensor", "pin: H3\nmeasurement_delay: 70\n"
        "default_nominal_filament_diameter: 1.75\nmax_difference: 0.2")
