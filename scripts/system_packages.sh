@@ -59,7 +59,7 @@ case "$1" in
     wheels) need="$need$(missing "qemu-user-static:command -v qemu-arm-static" \
         "mmdebstrap:command -v mmdebstrap")" ;;
     vm) need="$need$(missing "qemu-system-x86:command -v qemu-system-x86_64" \
-        "busybox-static:test -x /bin/busybox")" ;;
+        "busybox-static:test -x /bin/busybox" "iproute2:command -v ip")" ;;
 esac
 [ -n "$need" ] || exit 0
 

@@ -38,7 +38,7 @@ static const uint8_t line_coding[2][7] = {
 static struct {
     const struct usb_controller *controller;
     uint64_t due;
-    enum { DETACHED, ATTACHED, SETUP, DATA, STATUS, RUNNING } state;
+    enum { DETACHED, ATTACHED, SETUP, DATA, STATUS, RUNNING, RELEASED } state;
     uint32_t request, address, n_tries, pid;
     uint8_t setup[8];
     uint8_t got[256];
@@ -233,7 +233,7 @@ wait_us(uint32_t us)
 uint64_t
 usbhost_next_event(void)
 {
-    if (!host.controller || chip.is_broken
+    if (!host.controller || chip.is_broken || host.state == RELEASED
         || (host.state == DETACHED && !host.controller->is_attached()))
         return NEVER;
     return host.due;
@@ -267,6 +267,9 @@ usbhost_run_events(void)
         break;
     case RUNNING:
         moved = run_bulk();
+        break;
+    case RELEASED:
+        return;
     }
     wait_us(moved ? SLOT_US : IDLE_US);
 }
@@ -305,6 +308,23 @@ unicorn_usb_transact(int token, uint32_t endpoint, struct usb_packet *packet)
 {
     return host.controller->transact((enum usb_token)token, host.address,
                                      endpoint, packet);
+}
+
+/* For tests: from now on another host makes all packets, on a bus that was
+ * reset. */
+void
+unicorn_usb_release(void)
+{
+    host.controller->reset_bus();
+    host.address = 0;
+    host.state = RELEASED;
+}
+
+/* For tests: the device has taken its address from that host. */
+void
+unicorn_usb_set_address(uint32_t address)
+{
+    host.address = address;
 }
 
 /* For tests: the bus is reset, and the device is asked everything again. */

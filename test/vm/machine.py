@@ -17,7 +17,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 KERNEL = pathlib.Path(os.environ.get("KLIPPY_VM_KERNEL")
                       or pathlib.Path.home() / ".cache" / "klippy-vm")
 BUSYBOX = pathlib.Path("/bin/busybox")
-TIMEOUT = 300                   # s, of a machine that hangs
+TIMEOUT = 600                   # s, of a machine that hangs
 # For the files of this machine
 BASE_MODULES = ("virtio_pci", "9pnet_virtio", "9p")
 END = "end of the virtual machine:"
@@ -102,14 +102,24 @@ def write_initramfs(path, modules, command):
     write_cpio(path, files)
 
 
-def run(folder, modules, guest, *args):
-    """Output of test/vm/guest/<guest>, which must end with status 0."""
+def list_usb(path):
+    """Options for a USB device behind a socket."""
+    return ("-device", "piix3-usb-uhci", "-device", "usb-redir,chardev=device",
+            "-chardev", "socket,id=device,path=%s" % (path,))
+
+
+def run(folder, modules, guest, *args, usb=None):
+    """Output of test/vm/guest/<guest>, which must end with status 0.
+
+    usb: path of a socket behind which there is a device (usb-redir); such a
+    machine lives in real time, as its device does not stop.
+    """
     initramfs = folder / "initramfs"
     command = " ".join([sys.executable, "test/vm/guest/" + guest, *map(str, args)])
     write_initramfs(initramfs, modules, command)
     result = subprocess.run(
         ["qemu-system-x86_64", "-accel", "tcg", "-cpu", "max", "-m", "512",
-         "-icount", "shift=1,sleep=off",
+         *(list_usb(usb) if usb else ("-icount", "shift=1,sleep=off")),
          "-nodefaults", "-display", "none", "-no-reboot", "-serial", "stdio",
          "-kernel", str(KERNEL / "vmlinuz"), "-initrd", str(initramfs),
          "-append", "console=ttyS0 quiet panic=-1 mitigations=off",
