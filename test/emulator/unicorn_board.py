@@ -24,7 +24,8 @@ SOURCES = ["unicorn_vmcu.c", "unicorn_core.c", "unicorn_rcc.c",
            "unicorn_sam_periph.c", "unicorn_sam_adc.c", "unicorn_sam_buses.c",
            "unicorn_sam_udp.c", "unicorn_sam_usbhs.c", "unicorn_sam_can.c",
            "unicorn_rp2040.c", "unicorn_rp2040_flash.c", "unicorn_rp2040_io.c",
-           "unicorn_rp2040_usb.c", "unicorn_usbhost.c",
+           "unicorn_rp2040_usb.c", "unicorn_rp2040_core1.c", "unicorn_pio.c",
+           "unicorn_canwire.c", "unicorn_usbhost.c",
            "unicorn_samd.c", "unicorn_samd_io.c", "unicorn_samd_usb.c",
            "unicorn_samd_can.c"]
 sys.path.append(str(ROOT / "test" / "firmware"))

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * An RP2040 or RP2350: its bus with resets, clocks, timer, watchdog and pins
- * (data sheet, chapter 2 and 4.6, 4.7).  The other core sleeps in the boot ROM
- * for ever.
+ * (data sheet, chapter 2 and 4.6, 4.7).  The other core and PIO:
+ * unicorn_rp2040_core1.c.
  */
 #include <stdlib.h>
 #include <string.h>
 
 #include "unicorn_rp2040.h"
+#include "unicorn_rp2040_core1.h"
 #include "unicorn_usbhost.h"
 
 #define APB_BASE 0x40000000u
@@ -27,7 +28,7 @@ enum { CLK_REF = 12, CLK_SYS = 15, CLK_PERI = 18 };
 enum { TIMER_TIMELR = 3, TIMER_ALARM0 = 4, TIMER_RAWH = 9, TIMER_RAWL = 10,
        TIMER_INTR = 13, TIMER_INTE = 14, TIMER_INTF = 15, TIMER_INTS = 16 };
 enum { WD_CTRL = 0, WD_LOAD = 1, WD_TICK = 11 };
-enum { SIO_IN = 1, SIO_OUT = 4, SIO_OE = 8 };
+enum { SIO_IN = 1, SIO_OUT = 4, SIO_OE = 8, SIO_FIFO = 20 };
 
 struct rp_state rp;
 
@@ -383,6 +384,8 @@ sio_read(uc_engine *uc, uint64_t offset, unsigned size, void *param)
     (void)uc;
     (void)size;
     (void)param;
+    if (word >= SIO_FIFO && word < SIO_FIFO + 3)
+        return core1_fifo_read(word);
     if (word == SIO_IN || word == SIO_IN + 1)
         return (uint32_t)(read_inputs() >> (word == SIO_IN ? 0 : 32));
     if (rp.is_2350)
@@ -411,6 +414,10 @@ sio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value,
     (void)uc;
     (void)size;
     (void)param;
+    if (word >= SIO_FIFO && word < SIO_FIFO + 3) {
+        core1_fifo_write(word, (uint32_t)value);
+        return;
+    }
     if (rp.is_2350) {
         bank = word & 1 ? 32 : 0;
         word = SIO_OUT + (word - SIO_OUT) / 2;
@@ -561,6 +568,7 @@ rp_map(uc_engine *uc)
         chip_fault("no peripherals");
     rp_flash_map(uc);
     rp_usb_map(uc);
+    core1_map(uc);
 }
 
 /* What differs; the boot ROM has used the flash chip's pins. */
@@ -598,6 +606,7 @@ rp_reset(void)
     rp.ref_hz = chip.core_hz = ROSC_HZ;
     rp_io_reset();
     rp_usb_reset();
+    core1_reset();
 }
 
 static void
@@ -613,6 +622,7 @@ rp_run_events(void)
         chip.wants_reset = true;
     }
     rp_io_run_events();
+    core1_run_events();
     usbhost_run_events();
 }
 
@@ -626,7 +636,8 @@ static uint64_t
 rp_next_event(void)
 {
     return least(least(rp.alarm_due, rp.watchdog_due),
-                 least(rp_io_next_event(), usbhost_next_event()));
+                 least(core1_next_event(),
+                       least(rp_io_next_event(), usbhost_next_event())));
 }
 
 /* The console is on the UART or on USB. */
