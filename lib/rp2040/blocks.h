@@ -58,7 +58,7 @@ struct io_regs {
     struct { volatile uint32_t STATUS, CTRL; } GPIO[48];
 };
 enum { IO_SPI = 1, IO_UART = 2, IO_I2C = 3, IO_PWM = 4, IO_SIO = 5,
-       IO_NONE = 31 };
+       IO_PIO0 = 6, IO_NONE = 31 };
 /* QSPI: the second pin selects the flash chip */
 #define IO_QSPI_SELECT 1
 #define IO_CTRL_OUTOVER (3u << 8)
@@ -159,6 +159,42 @@ struct watchdog_regs {
 #define WATCHDOG_CTRL_ENABLE (1u << 30)
 #define WATCHDOG_CTRL_TRIGGER (1u << 31)
 #define WATCHDOG_TICK_ENABLE (1u << 9)
+
+/* 3.7 PIO: four state machines, of which each has two queues */
+struct pio_regs {
+    volatile uint32_t CTRL, FSTAT, FDEBUG, FLEVEL, TXF[4], RXF[4], IRQ;
+    volatile uint32_t IRQ_FORCE, INPUT_SYNC_BYPASS, DBG_PADOUT, DBG_PADOE;
+    volatile uint32_t DBG_CFGINFO, INSTR_MEM[32];
+    struct pio_sm {
+        volatile uint32_t CLKDIV, EXECCTRL, SHIFTCTRL, ADDR, INSTR, PINCTRL;
+    } SM[4];
+    PIO_MORE_REGS
+    volatile uint32_t INTR, IRQ0_INTE, IRQ0_INTF, IRQ0_INTS;
+};
+#define PIO0_BASE 0x50200000
+#define PIO_CTRL_ENABLE(SM) (1u << (SM))
+#define PIO_CTRL_RESTART(SM) (0x110u << (SM))  /* and its divider */
+#define PIO_FSTAT_RXEMPTY(SM) (0x100u << (SM))
+#define PIO_EXEC_WRAP(TO, FROM) ((uint32_t)(FROM) << 12 | (uint32_t)(TO) << 7)
+#define PIO_EXEC_JMP_PIN(PIN) ((uint32_t)(PIN) << 24)
+#define PIO_SHIFT_OUT_RIGHT (1u << 19)
+#define PIO_SHIFT_JOIN_RX (1u << 31)
+#define PIO_PIN_OUT(PIN, N) ((uint32_t)(N) << 20 | (uint32_t)(PIN))
+#define PIO_PIN_SET(PIN, N) ((uint32_t)(N) << 26 | (uint32_t)(PIN) << 5)
+#define PIO_PIN_IN(PIN) ((uint32_t)(PIN) << 15)
+#define PIO_INT_RX(SM) (1u << (SM))
+/* Instructions (3.4) */
+#define PIO_JMP(ADDRESS) ((uint32_t)(ADDRESS))
+#define PIO_SET_PINS(LEVELS) (0xe000u | (uint32_t)(LEVELS))
+#define PIO_SET_DIRECTIONS(OUTPUTS) (0xe080u | (uint32_t)(OUTPUTS))
+
+/* 2.3.1.7 SIO: queues between the cores, at 0x50 of it */
+struct fifo_regs {
+    volatile uint32_t ST, WR, RD;
+};
+#define FIFO_ST_VALID (1u << 0)
+#define FIFO_ST_READY (1u << 1)
+#define FIFO_ST_ERRORS (3u << 2)
 
 /* 4.1.4 USB: memory of the controller, and its registers */
 struct usb_memory {

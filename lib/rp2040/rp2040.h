@@ -5,6 +5,7 @@
 #ifndef RP2040_RP2040_H
 #define RP2040_RP2040_H
 
+#define PIO_MORE_REGS
 #include "rp2040/blocks.h"
 
 #define CLOCKS_BASE 0x40008000
@@ -31,6 +32,9 @@
 
 #define TIMER_IRQ 0
 #define USBCTRL_IRQ 5
+#define PIO0_IRQ 7
+#define SIO_FIFO_IRQ 15
+#define SIO_FIFO_IRQ_CORE1 16
 #define UART0_IRQ 20
 #define UART1_IRQ 21
 
@@ -42,6 +46,7 @@
 #define RESET_IO_QSPI 6
 #define RESET_PADS_BANK0 8
 #define RESET_PADS_QSPI 9
+#define RESET_PIO0 10
 #define RESET_PLL_SYS 12
 #define RESET_PLL_USB 13
 #define RESET_PWM 14

@@ -5,6 +5,8 @@
 #ifndef RP2040_RP2350_H
 #define RP2040_RP2350_H
 
+/* 11.7: queues without order, and which pins the first is */
+#define PIO_MORE_REGS volatile uint32_t RXF_PUTGET[4][4], GPIOBASE;
 #include "rp2040/blocks.h"
 
 #define CLOCKS_BASE 0x40010000
@@ -30,6 +32,9 @@
 #define USB_BASE 0x50110000
 
 #define USBCTRL_IRQ 14
+#define PIO0_IRQ 15
+#define SIO_FIFO_IRQ 25
+#define SIO_FIFO_IRQ_CORE1 25
 #define UART0_IRQ 33
 #define UART1_IRQ 34
 
@@ -41,6 +46,7 @@
 #define RESET_IO_QSPI 7
 #define RESET_PADS_BANK0 9
 #define RESET_PADS_QSPI 10
+#define RESET_PIO0 11
 #define RESET_PLL_SYS 14
 #define RESET_PLL_USB 15
 #define RESET_PWM 16

@@ -139,8 +139,10 @@ void usb_set_configured(void)
         | USB_CONTROL_BULK | BUFFER_OFFSET(USB_EP_IN);
     MEMORY->control[USB_EP_OUT - 1].out = USB_CONTROL_ENABLE | USB_CONTROL_INT
         | USB_CONTROL_BULK | BUFFER_OFFSET(USB_EP_OUT);
+#if !CONFIG_USBCANBUS
     MEMORY->control[USB_EP_NOTIFY - 1].in = USB_CONTROL_ENABLE
         | USB_CONTROL_INTERRUPT | BUFFER_OFFSET(USB_EP_NOTIFY);
+#endif
     MEMORY->buffer[USB_EP_IN].in = 0;
     next_in = next_out = 0;
     arm_out();
