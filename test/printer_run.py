@@ -4,6 +4,8 @@
 import dataclasses
 import pathlib
 
+import numpy as np
+
 from klippy import plugins
 from klippy.errors import PrinterError
 from klippy.printer import Printer
@@ -42,7 +44,7 @@ class PrinterRun:
         self.machine = SimMachine(self.world, sections, seed)
         self.failure = None
         self.snapshots, self.sync_times, self.events = [], [], []
-        self.steps = {}
+        self.steps, self.owners = {}, {}    # stepper -> steps, name of its mcu
         self.responses = []
 
     def run(self, parts, record_from=0):
@@ -121,6 +123,7 @@ class PrinterRun:
         toolhead = self.printer.lookup_object("toolhead")
         motion = self.printer.lookup_object("motion_queuing")
         motors = [m for member in motion.members.values() for m in member.steppers]
+        self.owners = {m.get_name(): m.get_mcu().get_name() for m in motors}
         self.snapshots.append(Snapshot(
             toolhead.print_time, list(toolhead.get_position()),
             {m.get_name(): m.mcu_to_commanded_position(0) for m in motors},
@@ -133,9 +136,26 @@ class PrinterRun:
     # What came of it
 
     def get_steps(self, stepper):
-        """(print_time (n,) s, directions (n,)) at the pins of the main mcu."""
+        """(print_time (n,) s, directions (n,)) at the pins.
+
+        Clocks of other mcus become that of the main one by what the world knows.
+        """
         table = self.steps[stepper]
-        return table[:, 0] / self.freq, table[:, 1]
+        clocks, owner = table[:, 0], self.owners.get(stepper, "mcu")
+        if owner != "mcu" and len(clocks):
+            clocks = self._convert(clocks, self.machine.mcus[owner])
+        return clocks / self.freq, table[:, 1]
+
+    def _convert(self, clocks, mcu):
+        """Clocks of an mcu, whose pace is even, as (broken) ones of the main mcu."""
+        ends = np.array([clocks[0], clocks[0] + 1000 * int(mcu.freq)])
+        times = np.array([mcu.time_at(int(clock)) for clock in ends])
+        moments = times[0] + (clocks - ends[0]) * (np.diff(times) / np.diff(ends))
+        main = self.machine.mcus["mcu"]
+        first = main.clock_at(times[0])
+        ends = np.array([first, first + 1000 * int(main.freq)])
+        times = np.array([main.time_at(int(clock)) for clock in ends])
+        return ends[0] + (moments - times[0]) * (np.diff(ends) / np.diff(times))
 
     @property
     def freq(self):

@@ -32,10 +32,12 @@ class Judge:
     """Checks the steps of one run of a job against the model."""
 
     def __init__(self, run, config_text, job, start, smooth_time=0.04,
-                 extra_limit=None, tolerance=TOLERANCE, cut=None, more=None):
+                 extra_limit=None, tolerance=TOLERANCE, cut=None, more=None,
+                 clock_errors=None):
         """start: Snapshot before the job.  extra_limit, cut: see truth.plan.plan().
 
         more: {stepper: (position(xyz (n, 3)), mm a step)} beside the usual ones.
+        clock_errors: {stepper: s by which the clock of its mcu may be known wrongly}.
         """
         self.run, self.start, self.extra_limit = run, start, extra_limit
         self.cut, self.more = cut, more or {}
@@ -47,7 +49,7 @@ class Judge:
             self.make_path = shaper.make_path
             self.window = max(self.window, shaper.window) if (
                 not shaper.is_filament_shaped) else self.window + shaper.window
-        self.bound = tolerance
+        self.bound, self.clock_errors = tolerance, clock_errors or {}
         self.tick = 1. / run.freq
         self.motors = self._list_motors()
         advance = float(self.config.get("extruder", {}).get("pressure_advance", 0.))
@@ -140,7 +142,7 @@ class Judge:
             wrong, _ = check_steps(
                 motor.times[part], motor.directions[part], count,
                 lambda t, m=motor: m.position(path, t), motor.step_dist, self.tick,
-                self.bound)
+                self._get_bound(motor))
             bad += len(wrong)
         return bad
 
@@ -156,19 +158,24 @@ class Judge:
         assert np.allclose(end, self.end_position, rtol=0., atol=1e-9)
         return {m.name: len(m.times) for m in self.motors}
 
+    def _get_bound(self, motor):
+        return self.bound + self.clock_errors.get(motor.name, 0.)
+
     def _check_motor(self, motor, path):
+        bound = self._get_bound(motor)
+
         def exact(t):
             return motor.position(path, t)
         args = (motor.times, motor.directions, motor.start_count, exact,
                 motor.step_dist)
-        bad, final = check_steps(*args, self.tick, self.bound)
+        bad, final = check_steps(*args, self.tick, bound)
         assert not len(bad), self._describe(motor, args, bad)
         end = path.t1[-1]
         rest = exact(np.array([end + 10.]))[0] / motor.step_dist
         assert abs(final - rest) <= 0.5 + 1e-6, (motor.name, final, rest)
         at = np.concatenate([np.arange(path.t0[0] - 0.1, end + 0.1, SAMPLE_PERIOD),
                              path.t0, path.t1])
-        missing = check_counts(*args, self.bound + self.tick, at)
+        missing = check_counts(*args, bound + self.tick, at)
         assert not len(missing), "%s: count wrong at %d moments, first %.6f s" % (
             motor.name, len(missing), at[missing[0]])
 

@@ -172,6 +172,27 @@ def test_second_carriage(tmp_path, mode, scale, offset):
     assert counts["dual_carriage"] == (counts["stepper_x"] if scale else 0)
 
 
+# What the host may be wrong about the second clock (s), by how far apart both go
+CLOCK_ERRORS = {"mcu=0, tool=0": 2e-6, "mcu=200, tool=-200": 20e-6}
+
+
+@pytest.mark.parametrize("ppm", CLOCK_ERRORS)
+@pytest.mark.parametrize("job", [MIXED, make_curves()], ids=["mixed", "curves"])
+def test_every_step_of_two_mcus(tmp_path, ppm, job):
+    config = (machine_configs.make_two_mcus()
+              + "[simulator]\nclock_ppm: %s\n" % (ppm,))
+    run = PrinterRun(config, tmp_path).run(
+        [PREPARE % PLACE["cartesian"], "G4 P20000", job], 2)
+    assert run.owners["extruder"] == "tool"
+    judge = Judge(run, config, "G90\nM83\n" + job, run.snapshots[1],
+                  clock_errors={"extruder": CLOCK_ERRORS[ppm]})
+    assert judge.check()["extruder"] > 500
+    # it is the clock of the other mcu that counts
+    run.owners = {}
+    with pytest.raises(AssertionError):
+        Judge(run, config, "G90\nM83\n" + job, run.snapshots[1]).check()
+
+
 def test_past_the_centre_of_a_bed(tmp_path):
     job = "".join("G1 X%g Y%g E0.2 F6000\n" % point for point in (
         (-60., -49.), (-60., 0.5), (60., 0.5), (3., -0.2), (-3., 0.4), (0.4, 0.4),
