@@ -63,10 +63,6 @@ class NoExtruder:
         """No limit."""
         return UNLIMITED
 
-    def is_shaped(self):
-        """False."""
-        return False
-
     def get_name(self):
         """No name."""
         return ""
@@ -153,7 +149,7 @@ class ToolHead:
     def can_follow(self, arc):
         """True if the kinematics can follow an ArcPath as it is.
 
-        Motors that follow what plug-ins made, and shaped filament, do not.
+        Motors that follow what plug-ins made do not.
         """
         kin = self.kin
         if self.extra_pos or not (hasattr(kin, "accepts_arc")
@@ -164,7 +160,7 @@ class ToolHead:
             if follows is None or (follows.shaper is None
                                    and follows.scan_window() != (0., 0.)):
                 return False
-        return not self.extruder.is_shaped() and kin.accepts_arc(arc)
+        return kin.accepts_arc(arc)
 
     def move_arc(self, arc, e, speed):
         """Follow an ArcPath from where all moves so far end.  See move_xyze().

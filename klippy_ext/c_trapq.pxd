@@ -29,6 +29,9 @@ cdef extern from "trapq.h" nogil:
     trapq *trapq_new()
     void trapq_delete(trapq *tq)
     int trapq_add(trapq *tq, double print_time, const trap_move *move)
+    int trapq_add_like(
+        trapq *tq, double print_time, const trap_move *move,
+        const trap_move *like)
     int trapq_set_position(trapq *tq, double print_time, const double *pos)
     void trapq_mark(trapq *tq)
     void trapq_rewind(trapq *tq)

@@ -26,3 +26,5 @@ cdef class TrapQ:
     cdef readonly object origin
 
     cpdef int append(self, double print_time, TrapMove move) except -1
+    cpdef int append_like(
+        self, double print_time, TrapMove move, TrapMove like) except -1

@@ -16,6 +16,7 @@ from klippy_ext.c_trapq cimport (
     trap_record,
     trapq,
     trapq_add,
+    trapq_add_like,
     trapq_check,
     trapq_delete,
     trapq_extract,
@@ -82,22 +83,25 @@ cdef class TrapQ:
         """
         cdef trap_move m
         cdef int ret
-        m.accel_t = move.accel_t
-        m.cruise_t = move.cruise_t
-        m.decel_t = move.decel_t
-        m.start[0] = move.start_x
-        m.start[1] = move.start_y
-        m.start[2] = move.start_z
-        m.axes_r[0] = move.axes_r_x
-        m.axes_r[1] = move.axes_r_y
-        m.axes_r[2] = move.axes_r_z
-        m.start_v = move.start_v
-        m.cruise_v = move.cruise_v
-        m.accel = move.accel
-        m.turn = move.turn
-        m.normal = <uint32_t>move.normal
+        copy_move(&m, move)
         motionlock_take()
         ret = trapq_add(self.tq, print_time, &m)
+        motionlock_give()
+        raise_error(ret)
+        return 0
+
+    cpdef int append_like(
+            self, double print_time, TrapMove move, TrapMove like) except -1:
+        """Add a move, cut at the times at which `like` (an arc) is cut.
+
+        Both take the same time.  Raises ValueError as append() does.
+        """
+        cdef trap_move m, other
+        cdef int ret
+        copy_move(&m, move)
+        copy_move(&other, like)
+        motionlock_take()
+        ret = trapq_add_like(self.tq, print_time, &m, &other)
         motionlock_give()
         raise_error(ret)
         return 0
@@ -158,6 +162,23 @@ cdef class TrapQ:
         cdef int ret = trapq_check(self.tq)
         if ret:
             raise AssertionError("trapq is inconsistent: %d" % (ret,))
+
+
+cdef void copy_move(trap_move *m, TrapMove move) noexcept:
+    m.accel_t = move.accel_t
+    m.cruise_t = move.cruise_t
+    m.decel_t = move.decel_t
+    m.start[0] = move.start_x
+    m.start[1] = move.start_y
+    m.start[2] = move.start_z
+    m.axes_r[0] = move.axes_r_x
+    m.axes_r[1] = move.axes_r_y
+    m.axes_r[2] = move.axes_r_z
+    m.start_v = move.start_v
+    m.cruise_v = move.cruise_v
+    m.accel = move.accel
+    m.turn = move.turn
+    m.normal = <uint32_t>move.normal
 
 
 cdef int raise_error(int ret) except -1:

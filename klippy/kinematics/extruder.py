@@ -261,7 +261,11 @@ class PrinterExtruder:
         segment.axes_r_y = 1. if is_led else 0.
         segment.start_v, segment.cruise_v = move.start_v * pace, move.cruise_v * pace
         segment.accel = move.accel * pace
-        self.trapq.append(print_time, segment)
+        if move.arc is not None and self.is_shaped():
+            # Shares of the axes change from segment to segment of the head
+            self.trapq.append_like(print_time, segment, move)
+        else:
+            self.trapq.append(print_time, segment)
         self.last_position = move.end_e
         return 0
 
@@ -281,9 +285,9 @@ class PrinterExtruder:
         return self.name
 
     def is_shaped(self):
-        """True if the motor follows input shapers."""
-        return (self.extruder_stepper is not None
-                and self.extruder_stepper.drive.head is not None)
+        """True if motors that follow it are shaped as the head, when that is."""
+        shaper = self.printer.lookup_object("input_shaper", None)
+        return shaper is not None and self.name in shaper.drives.names
 
     def get_axis_gcode_id(self):
         """Letter of the axis."""

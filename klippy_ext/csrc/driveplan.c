@@ -78,13 +78,24 @@ find_head(struct drive_plan *plan, uint64_t number,
     return trapq_get(head, i);
 }
 
+/* Axes that a part shapes; of part 0 those of all others. */
+static unsigned int
+get_axes(const struct drive_plan *plan, int part)
+{
+    unsigned int axes = plan->parts[part].axes;
+
+    for (int i = 1; i < plan->n_parts && !part; i++)
+        axes |= plan->parts[i].axes;
+    return axes;
+}
+
 /* Share of the axes of a part; of what no part shapes for part 0. */
 static double
 get_share(struct drive_plan *plan, int part, uint64_t number,
           const struct trapseg *seg)
 {
     const struct trapseg *head;
-    unsigned int axes = plan->parts[part].axes;
+    unsigned int axes = get_axes(plan, part);
     double of_axes = 0., all = 0.;
 
     if (plan->n_parts == 1)
@@ -92,8 +103,6 @@ get_share(struct drive_plan *plan, int part, uint64_t number,
     head = find_head(plan, number, seg);
     if (!head)
         return part ? 0. : 1.;
-    for (int i = 1; i < plan->n_parts && !part; i++)
-        axes |= plan->parts[i].axes;
     for (int axis = 0; axis < 3; axis++) {
         double square = head->axes_r[axis] * head->axes_r[axis];
         all += square;
@@ -133,17 +142,122 @@ get_motion(struct drive_plan *plan, int part, uint64_t number)
     return m;
 }
 
+/* ---- Arcs ---- */
+
+/* By how much a part's share, summed up over the way, swings around an even
+ * growth: signs are those of the two axes of the plane.  With d the angle turned,
+ * the integral of cos^2 is s / 2 + swing, that of sin^2 s / 2 - swing. */
+static double
+get_swing(const struct trapseg *head, double s)
+{
+    double a = head->axes_r[(head->normal + 1) % 3];
+    double b = head->axes_r[(head->normal + 2) % 3];
+    double turned = head->turn * s, sine = sin(turned);
+
+    return sine * ((a * a - b * b) * cos(turned) - 2. * a * b * sine)
+        / (2. * head->turn);
+}
+
+/* Which way a part's share swings on an arc: 0 if it has both axes of the plane,
+ * or neither. */
+static int
+get_side(const struct drive_plan *plan, int part, const struct trapseg *head)
+{
+    unsigned int axes = get_axes(plan, part);
+    int side = (int)(axes >> (head->normal + 1) % 3 & 1)
+        - (int)(axes >> (head->normal + 2) % 3 & 1);
+
+    return part ? side : -side;
+}
+
+/* Mean share of a part over whole turns. */
+static double
+get_even_share(const struct drive_plan *plan, int part,
+               const struct trapseg *head)
+{
+    unsigned int axes = get_axes(plan, part);
+    double along = head->axes_r[head->normal] * head->axes_r[head->normal];
+    double share = 0.;
+
+    for (unsigned int axis = 0; axis < 3; axis++)
+        if (axes & (1u << axis))
+            share += axis == head->normal ? along : .5 * (1. - along);
+    return part ? share : 1. - share;
+}
+
+/* A part's filament on an arc, from 0 at its start. */
+static void
+fit_arc(const struct drive_plan *plan, int part, const struct trapseg *seg,
+        const struct trapseg *head, double p[KINK_SIZE])
+{
+    double pace = seg->axes_r[0] * trapseg_get_distance(seg, seg->duration)
+        / trapseg_get_distance(head, head->duration);
+    double even = get_even_share(plan, part, head);
+    int side = get_side(plan, part, head);
+
+    for (int i = 0; i < KINK_SIZE; i++) {
+        double s = trapseg_get_distance(head, trapseg_nodes[i]
+                                        * head->duration);
+        p[i] = pace * (even * s + side * get_swing(head, s));
+    }
+    trapseg_fit_values(p, head->duration);
+}
+
+/* The head's arc on a segment, if the share of a part changes there. */
+static const struct trapseg *
+find_arc(struct drive_plan *plan, int part, uint64_t number)
+{
+    const struct trapseg *seg, *head;
+
+    if (plan->n_parts == 1 || !has_segment(plan->tq, number))
+        return NULL;
+    seg = trapq_get(plan->tq, number);
+    if (seg->axes_r[0] == 0. || trapseg_is_rest(seg))
+        return NULL;
+    head = find_head(plan, number, seg);
+    return head && head->turn != 0. && get_side(plan, part, head) ? head
+        : NULL;
+}
+
+static int
+is_led(const struct trapq *tq, uint64_t number)
+{
+    return has_segment(tq, number) && trapq_get(tq, number)->axes_r[1] != 0.;
+}
+
+/* A channel `t` s after the start of any segment, from 0 there but for the lead:
+ * filament that is led, or the speed of what is. */
+static void
+get_curve(struct drive_plan *plan, int channel, uint64_t number, double t,
+          double curve[KINK_SIZE])
+{
+    int part = channel % SPEED_CHANNEL;
+    struct motion m = get_motion(plan, part, number);
+    const struct trapseg *head = find_arc(plan, part, number);
+    double p[KINK_SIZE + 1] = { 0., m.v, m.h }, rate;
+
+    if (head)
+        fit_arc(plan, part, trapq_get(plan->tq, number), head, p);
+    poly_shift(p, KINK_SIZE - 1, t);
+    p[0] = 0.;
+    rate = channel < SPEED_CHANNEL ? m.lead : is_led(plan->tq, number);
+    for (int i = 0; i < KINK_SIZE; i++)
+        curve[i] = rate * (i + 1) * p[i + 1]
+            + (channel < SPEED_CHANNEL ? p[i] : 0.);
+}
+
+/* ---- Pieces ---- */
+
 /* Speed of a part as far as it is led (by whatever model). */
 static void
 get_speed(struct drive_plan *plan, int part, uint64_t number,
           double piece[KINK_SIZE])
 {
     struct motion m = get_motion(plan, part, number);
-    int is_led = has_segment(plan->tq, number)
-        && trapq_get(plan->tq, number)->axes_r[1] != 0.;
+    int counts = is_led(plan->tq, number);
 
-    piece[0] = is_led ? m.v : 0.;
-    piece[1] = is_led ? 2. * m.h : 0.;
+    piece[0] = counts ? m.v : 0.;
+    piece[1] = counts ? 2. * m.h : 0.;
     piece[2] = 0.;
 }
 
@@ -167,6 +281,11 @@ get_piece(const struct kink_source *source, int channel, uint64_t number,
     struct drive_plan *plan = (struct drive_plan *)source->data;
     struct motion m = { 0., 0., 0. };
 
+    if (!is_rest && find_arc(plan, channel % SPEED_CHANNEL, number)) {
+        get_curve(plan, channel, number, 0., piece);
+        piece[0] += channel ? 0. : get_nominal(source->tq, number);
+        return KINK_SIZE;
+    }
     if (channel >= SPEED_CHANNEL) {
         get_speed(plan, channel - SPEED_CHANNEL,
                   is_rest ? source->tq->end : number, piece);
@@ -191,6 +310,24 @@ get_gap(const struct trapq *tq, uint64_t number)
                                       * trapseg_get_distance(a, a->duration));
 }
 
+/* A jump at an end of an arc. */
+static void
+get_arc_jump(struct drive_plan *plan, int channel, uint64_t number,
+             int is_first, double jump[KINK_SIZE])
+{
+    double before[KINK_SIZE];
+
+    get_curve(plan, channel, number, 0., jump);
+    if (is_first)
+        return;
+    get_curve(plan, channel, number - 1,
+              trapq_get(plan->tq, number - 1)->duration, before);
+    for (int i = 0; i < KINK_SIZE; i++)
+        jump[i] -= before[i];
+    if (!channel)
+        jump[0] += get_gap(plan->tq, number);
+}
+
 static int
 get_jump(const struct kink_source *source, int channel, uint64_t number,
          int is_first, double jump[KINK_SIZE])
@@ -198,7 +335,13 @@ get_jump(const struct kink_source *source, int channel, uint64_t number,
     struct drive_plan *plan = (struct drive_plan *)source->data;
     double t = is_first ? 0. : trapq_get(source->tq, number - 1)->duration;
     struct motion a = { 0., 0., 0. }, b;
+    int part = channel % SPEED_CHANNEL;
 
+    if (find_arc(plan, part, number)
+        || (!is_first && find_arc(plan, part, number - 1))) {
+        get_arc_jump(plan, channel, number, is_first, jump);
+        return KINK_SIZE;
+    }
     if (channel >= SPEED_CHANNEL) {
         double before[KINK_SIZE] = { 0. };
         channel -= SPEED_CHANNEL;

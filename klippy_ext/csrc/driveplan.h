@@ -7,6 +7,10 @@
  * direction (which add up to 1), so that each part is laid down by what its
  * axis contributes to the way.  What is pushed without a way is not shaped.
  *
+ * On an arc the direction turns, and shares with it.  Filament of an arc comes in
+ * segments that begin and end with those of the head (trapq_add_like()): over
+ * each of them a part is a polynomial of degree four.
+ *
  * Units: mm, s, print_time.
  */
 #ifndef DRIVEPLAN_H

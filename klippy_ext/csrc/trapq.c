@@ -169,16 +169,18 @@ is_sane(double print_time, const struct trap_move *m)
 }
 
 int
-trapq_add(struct trapq *tq, double print_time, const struct trap_move *m)
+trapq_add_like(struct trapq *tq, double print_time, const struct trap_move *m,
+               const struct trap_move *like)
 {
-    double half_accel = .5 * m->accel, distance = 0.;
+    double half_accel = .5 * m->accel, like_half = .5 * like->accel;
+    double distance = 0.;
     int n[3];
 
-    if (!is_sane(print_time, m))
+    if (!is_sane(print_time, m) || !is_sane(print_time, like))
         return -EINVAL;
-    n[0] = count_parts(m, m->accel_t, m->start_v, half_accel);
-    n[1] = count_parts(m, m->cruise_t, m->cruise_v, 0.);
-    n[2] = count_parts(m, m->decel_t, m->cruise_v, -half_accel);
+    n[0] = count_parts(like, like->accel_t, like->start_v, like_half);
+    n[1] = count_parts(like, like->cruise_t, like->cruise_v, 0.);
+    n[2] = count_parts(like, like->decel_t, like->cruise_v, -like_half);
     if (reserve(tq, 1 + (uint64_t)(n[0] + n[1] + n[2])))
         return -ENOMEM;
     push_rest(tq, print_time, m->start);
@@ -190,21 +192,38 @@ trapq_add(struct trapq *tq, double print_time, const struct trap_move *m)
     return 0;
 }
 
-/* Newton's form through five nodes (shares of the time), then its powers. */
+int
+trapq_add(struct trapq *tq, double print_time, const struct trap_move *m)
+{
+    return trapq_add_like(tq, print_time, m, m);
+}
+
+const double trapseg_nodes[5] = {
+    0., .14644660940672624, .5, .85355339059327376, 1.,
+};
+
 void
 trapseg_fit(const struct trapseg *seg, const double weights[3],
             double fit[5])
 {
-    static const double nodes[5] = {
-        0., .14644660940672624, .5, .85355339059327376, 1.,
-    };
-    double c[5], inverse = 1. / seg->duration, scale = 1.;
+    for (int i = 0; i < 5; i++) {
+        double t = trapseg_nodes[i] * seg->duration, pos[3];
+        trapseg_get_place(seg, trapseg_get_distance(seg, t), pos);
+        fit[i] = weights[0] * pos[0] + weights[1] * pos[1]
+            + weights[2] * pos[2];
+    }
+    trapseg_fit_values(fit, seg->duration);
+}
+
+/* Newton's form through the nodes, then its powers. */
+void
+trapseg_fit_values(double fit[5], double duration)
+{
+    const double *nodes = trapseg_nodes;
+    double c[5], inverse = 1. / duration, scale = 1.;
 
     for (int i = 0; i < 5; i++) {
-        double t = nodes[i] * seg->duration, pos[3];
-        trapseg_get_place(seg, trapseg_get_distance(seg, t), pos);
-        c[i] = weights[0] * pos[0] + weights[1] * pos[1]
-            + weights[2] * pos[2];
+        c[i] = fit[i];
         fit[i] = 0.;
     }
     for (int k = 1; k < 5; k++)

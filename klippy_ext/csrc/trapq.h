@@ -70,6 +70,11 @@ void trapq_delete(struct trapq *tq);
  * no axis. */
 int trapq_add(struct trapq *tq, double print_time,
               const struct trap_move *move);
+/* The same, cut at the times at which `like` is cut (an arc that takes as
+ * long). */
+int trapq_add_like(struct trapq *tq, double print_time,
+                   const struct trap_move *move,
+                   const struct trap_move *like);
 
 /* From print_time on the position is this: what was planned for later is
  * dropped, and a mark of no duration is left in the history.  Returns as
@@ -91,6 +96,10 @@ void trapq_finalize(struct trapq *tq, double print_time,
  * start: exact at both ends. */
 void trapseg_fit(const struct trapseg *seg, const double weights[3],
                  double fit[5]);
+/* By the same nodes, and the same powers: values at trapseg_nodes[] (shares of
+ * `duration`) become a polynomial in place. */
+extern const double trapseg_nodes[5];
+void trapseg_fit_values(double fit[5], double duration);
 
 /* Copy moves that overlap (start_time, end_time), newest first, at most max;
  * returns their number.  Arcs are told as chords that are at most

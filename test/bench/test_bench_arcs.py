@@ -19,15 +19,19 @@ from klippy.cli import dump
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DICTIONARY = ROOT / "out-simulator" / "klipper.dict"
 N_ARCS = 2000
-SHAPER = ("\n[input_shaper]\nshaper_type: mzv\nshaper_freq_x: 40\n"
-          "shaper_freq_y: 40\n")
+SHAPERS = {"mzv": "\n[input_shaper]\nshaper_type: mzv\nshaper_freq_x: 40\n"
+           "shaper_freq_y: 40\n",
+           "mzv and ei": "\n[input_shaper]\nshaper_type_x: mzv\nshaper_freq_x: 52\n"
+           "shaper_type_y: ei\nshaper_freq_y: 41\n",
+           "filament": "enabled_extruders: extruder\n"}
 WAYS = {"native": "native: True\n", "1 mm": "native: False\nresolution: 1\n",
         "0.1 mm": "native: False\nresolution: 0.1\n"}
 
 
 def make_config(kind, way):
-    kind, _, shaper = kind.partition(", ")
-    extra = BED + "\n[gcode_arcs]\n" + WAYS[way] + (SHAPER if shaper else "")
+    kind, *options = kind.split(", ")
+    extra = BED + "\n[gcode_arcs]\n" + WAYS[way] + "".join(
+        SHAPERS[option] for option in options)
     text = make_delta(0.04, extra) if kind == "delta" else make_axes(kind, 0.04, extra)
     pins = {}
     text = re.sub(r"\bP[A-L]\d\b",
@@ -66,7 +70,9 @@ def run(folder, kind, way, count):
     return used, out.stat().st_size, n_runs
 
 
-@pytest.mark.parametrize("kind", ["corexy", "delta", "corexy, mzv", "delta, mzv"])
+@pytest.mark.parametrize("kind", [
+    "corexy", "delta", "corexy, mzv", "delta, mzv", "corexy, mzv, filament",
+    "corexy, mzv and ei, filament"])
 def test_arcs_against_segments(tmp_path, kind):
     found = {}
     for way in WAYS:

@@ -7,6 +7,7 @@ import random
 import motion_rig
 import numpy as np
 import pytest
+from arc_moves import ArcMove
 from motion_rig import Rig, make_move
 from truth import advance, shaping
 
@@ -45,15 +46,31 @@ def make_rig(names, model=None):
 def add_print_move(rig, t, move):
     """A move of the head (x, y, z), and the filament that it lays down."""
     rig.head.append(t, move)
-    drive = make_move(move.accel_t, move.cruise_t, move.decel_t, (rig.e, 0., 0.),
-                      (1., 1., 0.), RATIO * move.start_v, RATIO * move.cruise_v,
-                      RATIO * move.accel)
-    rig.tq.append(t, drive)
+    rig.tq.append(t, make_filament(rig, move))
     rows, end, at = motion_rig.split_move(t, move)
+    add_rows(rig, rows)
+    return end, at
+
+
+def make_filament(rig, move):
+    return make_move(move.accel_t, move.cruise_t, move.decel_t, (rig.e, 0., 0.),
+                     (1., 1., 0.), RATIO * move.start_v, RATIO * move.cruise_v,
+                     RATIO * move.accel)
+
+
+def add_rows(rig, rows):
     for row in rows:
         way = row[1] * (row[2] + 0.5 * row[3] * row[1])
-        rig.rows.append((*row[:10], rig.e, RATIO, 1.))
+        rig.rows.append((*row[:10], rig.e, RATIO, 1., *row[13:]))
         rig.e += RATIO * way
+
+
+def add_print_arc(rig, t, arc):
+    """The same along an ArcMove."""
+    rig.head.append(t, arc.move)
+    rig.tq.append_like(t, make_filament(rig, arc.move), arc.move)
+    rows, end, at = arc.split(t)
+    add_rows(rig, rows)
     return end, at
 
 
@@ -120,6 +137,63 @@ def test_every_step(names, model):
     rig.run(add_walk(rig) + .5, ahead=.2)
     rig.kinematics[0].check()
     check(rig, names, model)
+
+
+def add_arcs(rig, n=14, seed=5):
+    """Arcs of many radii in all planes, some with a stop or a line between."""
+    draw, t, at = random.Random(seed), 1., (3., -2., 10.)
+    for _ in range(n):
+        radius = 10. ** draw.uniform(-0.5, 1.6)
+        accel = draw.uniform(1000., 8000.)
+        top = min(draw.uniform(20., 200.), math.sqrt(accel * radius))
+        way = max(radius * draw.uniform(0.3, 7.), 1.1 * top * top / accel)
+        up = top / accel
+        begin = 0.7 if draw.random() < .3 else 0.
+        profile = (up * (1. - begin), way / top, up, begin * top, top, accel)
+        arc = ArcMove(profile, at, draw.uniform(-3., 3.), radius,
+                      draw.choice([-1., 1.]), draw.choice([0., 0., 0.2]),
+                      draw.choice([0, 1, 2, 2, 2]))
+        t, at = add_print_arc(rig, t, arc)
+        kind = draw.randrange(4)
+        if kind == 0:
+            t = add_filament(rig, t, -0.513, 20.)
+            t = add_filament(rig, t + 0.05, 0.513, 20.)
+        elif kind == 1:
+            t, at = add_print_move(rig, t, make_move(
+                0., .05, 0., at, (0.6, -0.8, 0.), 50., 50., 1000.))
+    return t
+
+
+@pytest.mark.parametrize("names, model", [
+    (("mzv", "ei", None), LINEAR), (("zv", None, "zvd"), TANH),
+    (("smooth_mzv", "smooth_ei", None), LATER), (("mzv", "mzv", None), LINEAR),
+    (("3hump_ei", "smooth_zv", None), None)])
+def test_every_step_of_arcs(names, model):
+    rig = make_rig(names, model)
+    rig.run(add_arcs(rig) + .5, ahead=.2)
+    rig.kinematics[0].check()
+    check(rig, names, model)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(40))
+def test_every_step_of_many_arcs(seed):
+    draw = random.Random(seed)
+    names = [draw.choice([*shaping.NAMES, None]) for _ in range(3)]
+    model = draw.choice([None, LINEAR, TANH, LATER])
+    rig = make_rig(names, model)
+    rig.run(add_arcs(rig, 40, seed) + .5, ahead=.2)
+    check(rig, names, model)
+
+
+def test_a_share_that_stays_is_seen():
+    """The judge tells filament of arcs that is split as at their starts."""
+    names = ("smooth_ei", None, None)
+    rig = make_rig(names, LINEAR)
+    rig.run(add_arcs(rig) + .5, ahead=.2)
+    rig.rows = [row[:13] for row in rig.rows]
+    with pytest.raises(AssertionError):
+        check(rig, names, LINEAR)
 
 
 @pytest.mark.parametrize("name", shaping.NAMES)

@@ -112,6 +112,33 @@ def test_wrong_values_change_nothing(name, value):
     tq.check()
 
 
+def test_a_line_is_cut_as_an_arc():
+    arc, line = make_move(*MOVE), make_move(*MOVE)
+    arc.turn, arc.normal = 0.5, 2
+    line.axes_r_x, line.axes_r_y = 1.0, 0.0
+    line.start_v, line.cruise_v, line.accel = 0.0, 0.5, 5.0
+    arcs, lines, plain = TrapQ(), TrapQ(), TrapQ()
+    arcs.append(2.0, arc)
+    lines.append_like(2.0, line, arc)
+    plain.append(2.0, line)
+    lines.check()
+    rows, whole = extract(lines), extract(plain)
+    assert len(rows) > len(whole) == 3
+    borders = {row[0] for row in extract(arcs)}
+    assert {row[0] for row in rows} <= borders
+    for row in rows:
+        time, speed, at = row[0], row[2], row[4]
+        start = next(r for r in whole if r[0] <= time + 1e-12)
+        t = time - start[0]
+        assert math.isclose(speed, start[2] + start[3] * t, abs_tol=1e-12)
+        assert math.isclose(at, start[4] + (start[2] + 0.5 * start[3] * t) * t,
+                            abs_tol=1e-12)
+    arc.turn = math.nan
+    with pytest.raises(ValueError, match="finite"):
+        lines.append_like(3.0, line, arc)
+    assert extract(lines) == rows
+
+
 def test_wrong_times():
     tq, move = TrapQ(), make_move(*MOVE)
     move.decel_t = -1e-9

@@ -125,8 +125,11 @@ class Judge:
         window = self.window + self.bound
         first = np.searchsorted(everything, time + window)
         latest = everything[first] + window if first < len(everything) else np.inf
-        scores = [(self._count_bad(moves, c), -c)
-                  for c in candidates if c <= latest]
+        scores = []
+        for c in sorted((c for c in candidates if c <= latest), reverse=True):
+            scores.append((self._count_bad(moves, c), -c))
+            if not scores[-1][0]:
+                break
         if not scores:
             raise AssertionError("no time from which %s to %s can begin"
                                  % (moves[0].start, moves[-1].end))

@@ -153,14 +153,37 @@ def test_judge_sees_arcs_in_chords(tmp_path):
         judge.check()
 
 
-def test_shaped_filament_has_segments(tmp_path):
+FILAMENT = "enabled_extruders: extruder\n"
+
+
+@pytest.mark.parametrize("kind, types", [
+    ("corexy", IMPULSES), pytest.param("cartesian", KERNELS, marks=slow),
+    pytest.param("delta", IMPULSES, marks=slow),
+    pytest.param("corexy", ("mzv", "mzv"), marks=slow)])
+def test_every_step_of_shaped_filament(tmp_path, kind, types):
     """Its shares of x and y change all along an arc."""
-    config = make_config("corexy", extra=ARCS + SHAPED % ("mzv", "mzv")
-                         + "enabled_extruders: extruder\n")
-    run, _ = run_arcs(tmp_path, "corexy", "G3 X0 Y0 I-30 J0 E1 F6000\n", config)
-    rows = run.printer.lookup_object("extruder").get_trapq().extract_old(
-        1000, 0., 1e9)
-    assert len([row for row in rows if row[2] or row[3]]) > 100
+    config = make_config(kind, extra=ARCS + SHAPED % types + FILAMENT)
+    _, judge = run_arcs(tmp_path, kind, FLAT if kind in LEVEL else JOB, config)
+    assert judge.check()["extruder"] > 500
+
+
+def test_arcs_that_wait_when_filament_is_shaped_no_more(tmp_path):
+    """They are made as when they were given."""
+    shaper = SHAPED % IMPULSES
+    config = make_config("corexy", extra=ARCS + shaper + FILAMENT)
+    job = "G1 X20 Y0 E0.2 F6000\nG3 X0 Y20 I-20 J0 E1.2\n"
+    run = PrinterRun(config, tmp_path).run(
+        [PREPARE % PLACE["corexy"] + "G92 X0 Y0\n",
+         job + "DISABLE_INPUT_SHAPER EXTRUDER=extruder\n", job], 1)
+    judge = Judge(run, config, "G90\nM83\nG92 X0 Y0\n" + job, run.snapshots[0])
+    path = judge.find_path()
+    extruder = next(m for m in judge.motors if m.name == "extruder")
+    until = path.t1[-1] + 0.2
+    assert until < run.snapshots[1].print_time + 1.
+    extruder.times = extruder.times[extruder.times < until]
+    extruder.directions = extruder.directions[:len(extruder.times)]
+    assert len(extruder.times) > 100
+    judge._check_motor(extruder, path)
 
 
 def test_judge_sees_a_little_more_accel_towards_the_middle(tmp_path):

@@ -145,6 +145,68 @@ class ShapedPath(Path):
         return middle + total
 
 
+class PartOfFilament(Path):
+    """The filament of a path that is laid down by the ways along some axes.
+
+    On an arc the square of an axis' share of the way changes with the angle.
+    """
+
+    def __init__(self, pieces, axes, is_rest=False):
+        """is_rest: what the axes leave, and what is pushed without a way."""
+        super().__init__(pieces)
+        self.has_arcs = self.rate.any()
+        if self.has_arcs:
+            self.RULE = tuple(zip(*legendre.leggauss(5), strict=True))
+        ratios = np.stack([self.rx, self.ry, self.rz])
+        length2 = (ratios ** 2).sum(axis=0)
+        self.squares = ratios ** 2 / np.where(length2 > 0., length2, 1.)
+        self.axes, self.is_rest = axes, is_rest
+        index = np.arange(len(self.t0))
+        ways = self.re * self._sum_up(
+            index, self.distance_in_piece(index, self.duration))
+        self.e = np.cumsum(ways) - ways
+
+    def _list_shares(self, index, s):
+        """Of each axis: (share after s mm, its integral over the way)."""
+        for axis in self.axes:
+            share = self.squares[axis, index]
+            so_far = share * s
+            if self.has_arcs:
+                self._bend(axis, index, s, share, so_far)
+            yield share, so_far
+
+    def _bend(self, axis, index, s, share, so_far):
+        """Put what is true of arcs in place."""
+        place = (axis - self.normal[index]) % 3
+        on = np.nonzero((self.rate[index] != 0.) & (place != 0))[0]
+        which = index[on]
+        rate, first = self.rate[which], self.angle[which]
+        last = first + rate * s[on]
+        # where the axis is the first one of the plane the tangent's part of it
+        # is the sine of the angle
+        sign = np.where(place[on] == 1, -1., 1.)
+        flat2 = (self.radius[which] * rate) ** 2
+        share[on] = flat2 * 0.5 * (1. + sign * np.cos(2. * last))
+        so_far[on] = flat2 * (0.5 * s[on] + sign * (
+            np.sin(2. * last) - np.sin(2. * first)) / (4. * rate))
+
+    def _share(self, index, s):
+        share = sum(now for now, _ in self._list_shares(index, s))
+        return 1. - share if self.is_rest else share
+
+    def _sum_up(self, index, s):
+        total = sum(so_far for _, so_far in self._list_shares(index, s))
+        return s - total if self.is_rest else total
+
+    def _filament(self, t, advance):
+        index, local = self._locate(t)
+        s = self.distance_in_piece(index, local)
+        inside = (t >= self.t0[index]) & (t <= self.t1[index])
+        velocity = np.where(inside, self.v0[index] + self.accel[index] * local, 0.)
+        lead = advance * self.advance[index] * velocity * self._share(index, s)
+        return self.e[index] + self.re[index] * (self._sum_up(index, s) + lead)
+
+
 class ShapedFilament:
     """Filament that is laid down by shaped axes, the slow way.
 
@@ -157,31 +219,10 @@ class ShapedFilament:
 
     def __init__(self, pieces, axes):
         """axes: as for ShapedPath."""
-        # shaped paths have no arcs: the fields of these are left out
-        rows = np.array([piece[:len(PIECE_FIELDS)] for piece in pieces],
-                        dtype=np.float64)
-        self.base = rows[0, PIECE_FIELDS.index("e")]
-        ratios = rows[:, PIECE_FIELDS.index("rx"):PIECE_FIELDS.index("rz") + 1]
-        length2 = (ratios ** 2).sum(axis=1)
-        left = np.ones(len(rows))
-        self.parts = []
-        for axis, setting in axes.items():
-            share = np.where(length2 > 0., ratios[:, axis] ** 2
-                             / np.where(length2 > 0., length2, 1.), 0.)
-            left = left - share
-            self.parts.append((self._split(rows, share), setting))
-        self.parts.append((self._split(rows, left), None))
-
-    @staticmethod
-    def _split(rows, share):
-        """A Path whose filament is a share of each row's."""
-        rows = rows.copy()
-        e, re = PIECE_FIELDS.index("e"), PIECE_FIELDS.index("re")
-        rows[:, re] *= share
-        duration, v0, accel = rows[:, 1], rows[:, 2], rows[:, 3]
-        ways = rows[:, re] * (v0 + 0.5 * accel * duration) * duration
-        rows[:, e] = np.cumsum(ways) - ways
-        return Path(rows)
+        self.base = pieces[0][PIECE_FIELDS.index("e")]
+        self.parts = [(PartOfFilament(pieces, [axis]), setting)
+                      for axis, setting in axes.items()]
+        self.parts.append((PartOfFilament(pieces, list(axes), True), None))
 
     def extruder(self, t, advance=0., smooth_time=0.):
         """As that of Path."""

@@ -121,14 +121,17 @@ class InputShaper:
             setting.apply(path, axis)
         return path
 
-    def _switch(self):
-        """Shape by what is set now, from the end of all moves on."""
+    def _switch(self, drives=None):
+        """Shape by what is set now, from the end of all moves on.
+
+        drives: the ShapedDrives from there on, if others.
+        """
         path = self._make_path()
         paths = [self._make_path() for _ in self.steppers]
         reserved = self._reserve(path)
         try:
             self._come_to_rest()
-            self.path = path
+            self.path, self.drives = path, drives or self.drives
             for stepper, own in zip(self.steppers, paths, strict=True):
                 stepper.kinematics.set_shaper(own)
             for drive in self.drives.find_drives():
@@ -233,9 +236,10 @@ class InputShaper:
         drives = self.drives.change(names, is_enabled)
         disabled = self.disabled - axes if is_enabled else self.disabled | axes
         is_changed = (disabled, drives.names) != (self.disabled, self.drives.names)
-        self.disabled, self.drives = disabled, drives
+        self.disabled = disabled
         if is_changed and not self.n_disabled:
-            self._switch()
+            self._switch(drives)
+        self.drives = drives
         shaped = [axis for axis, setting in zip(
             AXES, self._list_effective(), strict=True) if setting.shaper_freq > 0.]
         gcmd.respond_info("Shaped axes: %s; extruders: %s" % (
