@@ -21,7 +21,7 @@ cdef class StallWatch:
     cpdef int update(self, sec_t elapsed, celsius_t temp, double change, double duty,
                      double above, int fan, double flow) except -1
     @cython.locals(share=double)
-    cdef double _find_rise(self, celsius_t temp) except? -1.
+    cpdef double find_rise(self, celsius_t temp) except? -1.
     @cython.locals(losses=double, worse=double, least=double)
     cdef int _watch_climb(self, sec_t elapsed, celsius_t temp, double change, int fan,
                           double flow) except -1

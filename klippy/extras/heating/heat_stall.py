@@ -88,7 +88,7 @@ class StallWatch:
             return TOO_COLD
         return TOO_WARM if self.fall_sum > self.fall_limit else NONE
 
-    def _find_rise(self, temp):
+    def find_rise(self, temp):
         """degC/s that it rose by at this temperature."""
         if temp <= self.steepest_temp:
             return self.steepest
@@ -99,7 +99,7 @@ class StallWatch:
 
     def _watch_climb(self, elapsed, temp, change, fan, flow):
         if self.steepest > 0.0 and self.full_time > self.lag:
-            losses = self.steepest - self._find_rise(temp)
+            losses = self.steepest - self.find_rise(temp)
             worse = LOSSES if fan == self.slope_fan else LOSSES * FAN_LOSSES
             least = SUPPLY * self.steepest - worse * losses - flow * self.steepest
             least = LEAST_SHARE * max(least, 0.0)
@@ -116,7 +116,7 @@ class StallWatch:
         if slope >= self.steepest:
             self.steepest, self.steepest_temp = slope, temp
         elif (self.full_time < self.lag or self.climb_sum > CALM * self.climb_limit
-                or slope < LEAST_CHANGE * self._find_rise(temp)):
+                or slope < LEAST_CHANGE * self.find_rise(temp)):
             # a rise that is only beginning, or that is in doubt
             return 0
         self.is_new = False

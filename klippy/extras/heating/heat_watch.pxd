@@ -8,7 +8,8 @@ cdef int N_FANS, N_REFERENCE
 cdef double RATE_BELOW, RATE_ABOVE, RATE_SHARE, HOLD_LOW, HOLD_HIGH, FAN_HIGH
 cdef double WARM_AIR, ROOM_RISE, ROOM_FALL, FIRST_ROOM, MAX_ROOM
 cdef double SURE_TO_RISE, SATURATED, CLIMB_WINDOW, MAX_SWING, MAX_WINDOWS, REST_GAIN
-cdef double MIN_ABOVE_ROOM, LEAST_SHARE, SHARE_LOSS, MAX_OFFSET
+cdef double MIN_ABOVE_ROOM, MAX_EXCESS, EXCESS_STEP, EXCESS_SWING, MAX_STORED
+cdef double LEAST_SHARE, SHARE_LOSS, MAX_OFFSET
 cdef double REFERENCE_LOW, REFERENCE_HIGH, LEAST_WEIGHT
 cdef double JUMP, MAX_JUMPS, JUMP_TIME, MAX_GAP
 
@@ -36,12 +37,14 @@ cdef class HeatWatch:
     cdef sec_t half_time
     # degC
     cdef readonly double warm_sum, cold_sum, still_sum
+    # needs of windows
+    cdef readonly double excess
     # What is being learned
     cdef bint has_anchor
     cdef celsius_t anchor_temp
     cdef double heat, above, steepest, steep_above, climb_time, climb_start
     cdef int hold_index
-    cdef double hold_left, hold_span, hold_heat, hold_above, hold_offset
+    cdef double hold_left, hold_span, hold_heat, hold_above, hold_offset, hold_flow
     cdef celsius_t hold_start, hold_min, hold_max
 
     cpdef int restart(self) except -1
@@ -53,6 +56,8 @@ cdef class HeatWatch:
     cdef int _note_duty(self, double duty, sec_t elapsed) except -1
     @cython.locals(found=double, hold=double, i=int)
     cdef double _find_hold(self, int index, bint is_high) except? -1.
+    @cython.locals(found=double, i=int)
+    cpdef double choose_hold(self, int index) except? -1.
     @cython.locals(low=double, high=double, above=double, most=double, least=double,
                    fastest=double, slowest=double, drift=double)
     cdef int _sum_up(self, double change, sec_t elapsed, int index,
@@ -62,11 +67,13 @@ cdef class HeatWatch:
     cdef int _judge(self) except -1
     @cython.locals(limit=double, low=double, high=double, is_holding=bint)
     cdef int _learn(self, double elapsed, double target, double duty,
-                    int index) except -1
-    cdef int _end_window(self, int index, bint is_off) except -1
+                    int index, double flow) except -1
+    cdef int _end_window(self, int index, double target, bint is_off) except -1
     cdef int _begin_window(self, int index, bint is_holding) except -1
-    @cython.locals(gain=double, stored=double)
-    cdef int _take_window(self, int index, bint is_off) except -1
+    @cython.locals(gain=double, stored=double, is_across=bint)
+    cdef int _take_window(self, int index, double target, bint is_off) except -1
+    @cython.locals(need=double, swing=double, excess=double)
+    cdef int _note_excess(self, int index, double heat) except -1
     @cython.locals(known=double, reference=double, n=int)
     cdef int _take_hold(self, int index, double hold) except -1
     @cython.locals(slope=double)

@@ -46,6 +46,11 @@ LEAST_SHARE, SHARE_LOSS = 0.5, 0.1
 CLIMB_WINDOW = 0.5
 # and degC that its mean may be off the target: not for long, if all is well
 MAX_OFFSET = 2.5
+# Windows' needs above HOLD_HIGH times g, summed up: more is a fault
+# (at most one step each); degC that such a window may swing by
+MAX_EXCESS, EXCESS_STEP, EXCESS_SWING = 1.2, 0.5, 25.0
+# Share of the heat of a window that may have gone into the block
+MAX_STORED = 0.3
 # g may move so far from its value after the first windows
 N_REFERENCE, REFERENCE_LOW, REFERENCE_HIGH = 8, 0.67, 1.12
 LEAST_WEIGHT = 0.1
@@ -105,7 +110,7 @@ class HeatWatch:
 
     def restart(self):
         """Forget the last minutes (not what was learned): power is unknown."""
-        self.warm_sum = self.cold_sum = self.still_sum = 0.0
+        self.warm_sum = self.cold_sum = self.still_sum = self.excess = 0.0
         self.duty_low, self.duty_high = 0.0, 1.0
         self.old_low, self.old_high = 0.0, 1.0
         self.half_time = 0.0
@@ -148,7 +153,7 @@ class HeatWatch:
             return NONE
         self.fan_range = index = 0 if fan < 0.05 else 1 + min(int(fan * 3.0), 2)
         self._sum_up(change, elapsed, index, flow)
-        self._learn(elapsed, target, duty, index)
+        self._learn(elapsed, target, duty, index, flow)
         return self._judge()
 
     # Readings
@@ -200,6 +205,15 @@ class HeatWatch:
                 found = hold
         return found * FAN_HIGH if is_high else found / FAN_HIGH
 
+    def choose_hold(self, index):
+        """g (1/K) that is likely for a fan range; 0: not known for any."""
+        if self.holds[index] > 0.0:
+            return self.holds[index]
+        found = 0.0
+        for i in range(N_FANS):
+            found = max(found, self.holds[i])
+        return found
+
     def _sum_up(self, change, elapsed, index, flow):
         low, high = min(self.duty_low, self.old_low), max(self.duty_high, self.old_high)
         above = self.temp - self.room
@@ -234,7 +248,7 @@ class HeatWatch:
         limit = self.limit + self.limit_time * self.rate
         if self.warm_sum > limit:
             return TOO_WARM
-        if self.cold_sum > limit:
+        if self.cold_sum > limit or self.excess > MAX_EXCESS:
             return TOO_COLD
         if self.still_sum > 3.0:
             return NO_ANSWER
@@ -242,7 +256,7 @@ class HeatWatch:
 
     # Learning
 
-    def _learn(self, elapsed, target, duty, index):
+    def _learn(self, elapsed, target, duty, index, flow):
         limit = 0.5 * (self.limit + self.limit_time * self.rate)
         if max(self.warm_sum, self.cold_sum) > limit or self.n_jumps > 2.0:
             self.hold_left = 0.0
@@ -260,11 +274,12 @@ class HeatWatch:
         self.hold_span += elapsed
         self.hold_heat += duty * elapsed
         self.hold_offset += (self.temp - target) * elapsed
+        self.hold_flow += flow * max(self.temp - self.room, 0.0) * elapsed
         self.hold_above += (self.temp - self.room) * elapsed
         self.hold_min = min(self.hold_min, self.temp)
         self.hold_max = max(self.hold_max, self.temp)
         if self.hold_left <= 0.0:
-            self._end_window(index, high == 0.0)
+            self._end_window(index, target, high == 0.0)
         return 0
 
     def _note_climb(self, elapsed, low):
@@ -284,7 +299,7 @@ class HeatWatch:
             self.steep_above = 0.5 * (self.temp + self.climb_start) - self.room
         return 0
 
-    def _end_window(self, index, is_off):
+    def _end_window(self, index, target, is_off):
         """Take what a window shows; one of swings ends where it began."""
         if (not is_off and abs(self.temp - self.hold_start) > REST_GAIN
                 and self.hold_min + REST_GAIN < self.hold_start
@@ -292,7 +307,7 @@ class HeatWatch:
                 and self.hold_span < MAX_WINDOWS * self.hold_time):
             self.hold_left = 1e-6
             return 0
-        self._take_window(index, is_off)
+        self._take_window(index, target, is_off)
         return 0
 
     def _begin_window(self, index, is_holding):
@@ -300,9 +315,10 @@ class HeatWatch:
         self.hold_left = self.hold_time if is_holding else 0.0
         self.hold_start = self.hold_min = self.hold_max = self.temp
         self.hold_heat = self.hold_above = self.hold_offset = self.hold_span = 0.0
+        self.hold_flow = 0.0
         return 0
 
-    def _take_window(self, index, is_off):
+    def _take_window(self, index, target, is_off):
         """A window at rest or at one temperature: learn from it."""
         gain = self.temp - self.hold_start
         if is_off:
@@ -310,10 +326,15 @@ class HeatWatch:
                 self._set_anchor()
             return 0
         stored = 0.0 if self.rate <= 0.0 else gain / self.rate
+        # what swings across its target is not stuck, however lopsided
+        is_across = self.hold_min < target < self.hold_max
+        if abs(stored) < MAX_STORED * self.hold_heat:
+            self._note_excess(index, self.hold_heat - stored)
         if ((self.hold_max - self.hold_min) * self.hold_span
                 > MAX_SWING * self.hold_above
-                or abs(self.hold_offset) > MAX_OFFSET * self.hold_span
-                or abs(stored) > 0.3 * self.hold_heat
+                or (abs(self.hold_offset) > MAX_OFFSET * self.hold_span
+                    and not is_across)
+                or abs(stored) > MAX_STORED * self.hold_heat
                 or (self.rate <= 0.0 and abs(gain) > REST_GAIN)
                 or self.hold_above < MIN_ABOVE_ROOM * self.hold_span):
             return 0
@@ -321,6 +342,18 @@ class HeatWatch:
         if abs(gain) < REST_GAIN:
             self._take_rate(index)
             self._set_anchor()
+        return 0
+
+    def _note_excess(self, index, heat):
+        """A window that needs more than the losses can take (s at full power)."""
+        swing = self.hold_max - self.hold_min
+        if (self.n_holds[index] < N_REFERENCE or self.rate <= 0.0
+                or swing > EXCESS_SWING):
+            return 0
+        need = self.holds[index] * (self.hold_above + ROOM_FALL * self.hold_span)
+        if need > 0.0:
+            excess = (heat - self.hold_flow) / need - HOLD_HIGH
+            self.excess = max(self.excess + min(excess, EXCESS_STEP), 0.0)
         return 0
 
     def _take_hold(self, index, hold):

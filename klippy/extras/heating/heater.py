@@ -81,6 +81,9 @@ class Heater:
         self.reading_callbacks = []
         # of heater_watchdog's probe: added to a power between off and full
         self.duty_offset = 0.0
+        # by heater_watchdog, until the reading shows that it follows
+        self.is_cut = False
+        self.n_cuts = 0
         kind = config.getchoice("control", {name: name for name in CONTROLS})
         self.control = CONTROLS[kind](self, config)
         self.mcu_pwm = self._setup_pin(config)
@@ -137,7 +140,7 @@ class Heater:
     def set_pwm(self, read_time, value):
         """Ask for a power (0..1) as answer to the reading of read_time."""
         if (self.target_temp <= 0.0 or self.is_shutdown
-                or read_time > self.main_thread_until):
+                or read_time > self.main_thread_until or self.is_cut):
             value = 0.0
         if 0.0 < value < self.limits.max_power:
             value = min(max(value + self.duty_offset, 0.0), self.limits.max_power)

@@ -2,8 +2,8 @@
 """[heater_watchdog name]: shut down when heater and sensor contradict each other.
 
 Each reading goes through a HeatGuard; it learns what the heater can do, or is
-told by the values of `control: mpc`, and asks the sensor for a sign of life by
-small waves of power.
+told by the values of `control: mpc`, asks the sensor for a sign of life by small
+waves of power, and cuts the power while the block may be too hot.
 """
 import logging
 
@@ -36,7 +36,8 @@ WHAT = {
 
 
 class HeaterWatchdog:
-    """Status: state (learning, watching or off), rate, hold."""
+    """Status: state (learning, watching or off), rate, hold, is_probing, is_cut,
+    n_cuts."""
 
     def __init__(self, config):
         self.printer = printer = config.get_printer()
@@ -57,7 +58,7 @@ class HeaterWatchdog:
             return
         heaters = self.printer.lookup_object("heaters")
         self.heater = heater = heaters.lookup_heater(self.heater_name)
-        self.guard = heat_guard.make_guard(self._choose_kind())
+        self.guard = heat_guard.make_guard(self._choose_kind(), heater.max_temp)
         if heater.name.startswith("extruder"):
             self.surroundings.watch_hotend(heater.name)
         self._take_known()
@@ -101,10 +102,21 @@ class HeaterWatchdog:
         is_free = isinstance(self.heater.control, (ControlPID, ControlMPC))
         self.heater.duty_offset = (
             full * self.guard.offset if self.can_probe and is_free else 0.0)
+        self._note_cut(self.guard.is_cut, temp)
         if fault:
             self.fault = fault
             self.printer.get_reactor().register_async_callback(
                 lambda eventtime: self._stop(temp, target, duty))
+
+    def _note_cut(self, is_cut, temp):
+        heater = self.heater
+        if is_cut and not heater.is_cut:
+            heater.n_cuts += 1
+            logging.info(
+                "Heater watchdog of %s: reads %.1f, but the power of before could have"
+                " made it %.1f degC: off until the reading falls", self.heater_name,
+                temp, self.guard.budget.hot)
+        heater.is_cut = is_cut
 
     def _stop(self, temp, target, duty):
         what, hint = WHAT[self.fault]
@@ -125,15 +137,18 @@ class HeaterWatchdog:
 
         rate: degC/s at full power without losses.  hold: power a degree above
         the room; 0 while they are not known.  is_probing: a wave of power asks the
-        sensor for a sign of life just now.
+        sensor for a sign of life just now.  is_cut: the power is off until it gives
+        one.  n_cuts: how often that was.
         """
         if self.guard is None:
-            return {"state": "off", "rate": 0.0, "hold": 0.0, "is_probing": False}
+            return {"state": "off", "rate": 0.0, "hold": 0.0, "is_probing": False,
+                    "is_cut": False, "n_cuts": 0}
         watch, probe = self.guard.watch, self.guard.probe
         hold = next((h for h in watch.get_holds() if h > 0.0), 0.0)
         return {"state": "watching" if watch.rate > 0.0 else "learning",
                 "rate": round(watch.rate, 4), "hold": round(hold, 6),
-                "is_probing": probe.offset != 0.0}
+                "is_probing": probe.offset != 0.0, "is_cut": self.heater.is_cut,
+                "n_cuts": self.heater.n_cuts}
 
 
 def load_config_prefix(config):

@@ -32,7 +32,7 @@ class HeaterCheck:
         self.is_approaching = self.is_starting = False
         self.last_target = self.goal_temp = self.error = 0.0
         self.goal_eventtime = 0.0
-        self.n_expired = 0
+        self.n_interrupted = (0, 0)
         register = self.printer.register_event_handler
         register("klippy:connect", self._handle_connect)
         register("klippy:shutdown", self._handle_shutdown)
@@ -53,7 +53,8 @@ class HeaterCheck:
 
     def _check(self, eventtime):
         temp, target = self.heater.get_temp(eventtime)
-        if self.heater.n_expired != self.n_expired:
+        if (self.heater.n_expired, self.heater.n_cuts) != self.n_interrupted \
+                or self.heater.is_cut:
             self._begin_anew(eventtime, temp, target)
         if temp >= target - self.hysteresis or target <= 0.0:
             self._note_in_range(temp, target)
@@ -69,8 +70,8 @@ class HeaterCheck:
         return eventtime + CHECK_INTERVAL
 
     def _begin_anew(self, eventtime, temp, target):
-        """The mcu had turned the heater off for lack of a host."""
-        self.n_expired = self.heater.n_expired
+        """Others turned the heater off: the mcu for lack of a host, or the watchdog."""
+        self.n_interrupted = (self.heater.n_expired, self.heater.n_cuts)
         self.is_approaching = self.is_starting = target > 0.0
         self.error = 0.0
         self._set_goal(eventtime, temp)

@@ -10,7 +10,8 @@ from klippy.simulator import thermal
 class WatchedHeater:
     def __init__(self):
         self.temp, self.target = 25.0, 0.0
-        self.n_expired = 0
+        self.n_expired = self.n_cuts = 0
+        self.is_cut = False
 
     def get_temp(self, eventtime):
         return self.temp, self.target
@@ -112,3 +113,14 @@ def test_bed_has_a_longer_gain_time():
         check = verify_heater.load_config_prefix(
             printer.make_section("verify_heater " + name))
         assert check.check_gain_time == seconds
+
+
+def test_time_without_power_by_the_watchdog_is_no_slow_climb(setup):
+    printer, heater = setup
+    heater.target = 200.0
+    assert run(printer, heater, lambda t: 25.0 + 2.0 * t, 60) is None
+    heater.is_cut, heater.n_cuts = True, 1
+    assert run(printer, heater, lambda t: 140.0, 60) is None
+    heater.is_cut = False
+    # from then on it counts again
+    assert 19 <= run(printer, heater, lambda t: 140.0, 60) <= 22

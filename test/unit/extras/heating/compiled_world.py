@@ -14,7 +14,8 @@ import sys
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[3]
 # in the order of imports
-NAMES = ("heat_watch", "heat_stall", "heat_probe", "heat_guard", "heat_world")
+NAMES = ("heat_watch", "heat_stall", "heat_probe", "heat_budget", "heat_guard",
+         "heat_world")
 FLAGS = ("-X", "cdivision=True", "-X", "boundscheck=False", "-X", "wraparound=False",
          "-X", "initializedcheck=False")
 
@@ -38,7 +39,7 @@ def build(folder):
 
 @functools.cache
 def load(folder):
-    """(heat_world, heat_watch, heat_stall, heat_probe, heat_guard) of a folder."""
+    """(heat_world, heat_watch, heat_stall, heat_probe, heat_budget, heat_guard)."""
     kept = {name: sys.modules.pop(name, None) for name in NAMES}
     sys.path.insert(0, str(folder))
     try:

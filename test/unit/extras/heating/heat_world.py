@@ -268,6 +268,8 @@ class HeaterWorld:
             if 0.0 < wanted < 1.0:
                 self.integral += self.ki * error * PERIOD
         self.duty = self.next_duty
+        if self.guard.is_cut:
+            wanted = 0.0
         if 0.0 < wanted < 1.0:
             wanted += self.guard.offset
         self.next_duty = min(max(wanted, 0.0), 1.0)

@@ -11,10 +11,11 @@ N_MACHINES, HOURS = 2520, 4.0
 SAMPLE = 6
 EVERYBODY = [(kind, control) for kind in watch_faults.KINDS
              for control in watch_faults.CONTROLS]
-# Slow sensors harm nobody while a temperature is held; see docs/heater_model.md
+# Not all slow sensors are seen, but none does harm; see docs/heater_model.md
 HARMLESS = "sensor slow"
-# and power cannot tell a slow drift from a draft, nor cut a MOSFET that conducts
+# Power cannot tell a slow drift from a draft, nor cut a MOSFET that conducts
 UNBOUNDED = ("heater stuck on", "sensor drifting")
+N_SEEDS = 20
 
 
 @pytest.fixture(scope="session")
@@ -47,7 +48,7 @@ def test_healthy_machines_are_left_alone(folder, kind, control):
 
 
 @pytest.mark.parametrize("kind,control", EVERYBODY)
-@pytest.mark.parametrize("fault", [f for f in watch_faults.FAULTS if f != HARMLESS])
+@pytest.mark.parametrize("fault", watch_faults.FAULTS)
 def test_fault_is_seen(folder, kind, control, fault):
     for number, moment in enumerate(watch_faults.MOMENTS):
         check_seen(folder, kind, control, fault, moment, number)
@@ -81,3 +82,20 @@ def test_no_false_trip_in_ten_thousand_hours(folder, kind, control):
              if result[1]]
     assert trips == []
     assert sum(hours for hours, _ in results) >= 10000.0
+
+
+def break_all(folder, kind, control, fault, seed):
+    return [(fault, moment, seed, break_one(folder, kind, control, fault, moment, seed))
+            for moment in watch_faults.MOMENTS]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind,control", EVERYBODY)
+def test_block_is_bounded_on_many_machines(folder, kind, control):
+    jobs = [(folder, kind, control, fault, seed) for fault in watch_faults.FAULTS
+            for seed in range(N_SEEDS)]
+    with multiprocessing.Pool() as pool:
+        results = sum(pool.starmap(break_all, jobs, 2), [])
+    limit = watch_faults.MAX_TEMPS[kind] + 20.0
+    assert [r for r in results
+            if r[0] not in UNBOUNDED and r[3].hottest >= limit] == []

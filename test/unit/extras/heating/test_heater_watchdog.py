@@ -88,7 +88,7 @@ def test_sensor_stuck_below_the_target(run):
         find_input(it, "extruder").heater = types.SimpleNamespace(
             sensor_temperature=206.0)
         elapsed, message = wait_shutdown(it, 120.0)
-        assert "stays colder" in message and it.block() < 320.0
+        assert "does not follow its power" in message and it.block() < 320.0
     run(body)
 
 
@@ -154,7 +154,8 @@ def test_measured_values_are_used_at_once(run):
         it.pause(1.0)
         assert it.get("heater_watchdog extruder") == {
             "state": "watching", "rate": 4.0,
-            "hold": pytest.approx(0.065 / 40, abs=1e-6), "is_probing": False}
+            "hold": pytest.approx(0.065 / 40, abs=1e-6), "is_probing": False,
+            "is_cut": False, "n_cuts": 0}
         assert it.get("heater_watchdog heater_bed")["state"] == "learning"
     run(body, CONFIG.replace(machine.PID, machine.CALIBRATED, 1))
 
@@ -176,3 +177,33 @@ def test_unknown_heater_is_named(tmp_path, monkeypatch):
         assert it.printer.state == "error"
         assert "Unknown heater 'chamber'" in it.printer.state_message
     bench.run(body)
+
+
+def test_sensor_that_becomes_slow_while_cold(run):
+    """The power is cut before the block is above max_temp, not only when it shows."""
+    def body(it):
+        warm_up(it)
+        it.send("M104 S0")
+        it.pause(600.0)
+        find_input(it, "extruder").heater = Slow(it, find(it, "extruder").model, 30.0)
+        it.send("M104 S260")
+        hottest = max(it.follow(300.0))
+        assert it.get("heater_watchdog extruder")["n_cuts"] > 0
+        assert hottest < 320.0
+    run(body)
+
+
+class Slow:
+    """A sensor that follows its block by so many s."""
+
+    def __init__(self, it, model, lag):
+        self.it, self.model, self.lag = it, model, lag
+        self.temp, self.last_time = model.temperature, it.world.monotonic()
+
+    @property
+    def sensor_temperature(self):
+        now = self.it.world.monotonic()
+        share = min((now - self.last_time) / self.lag, 1.0)
+        self.last_time = now
+        self.temp += share * (self.model.temperature - self.temp)
+        return self.temp

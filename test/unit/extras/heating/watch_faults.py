@@ -5,12 +5,20 @@ from dataclasses import dataclass
 import heat_world
 from bench_printer import Printer
 
-from klippy.extras import heat_guard, heat_probe, heat_stall, heat_watch, verify_heater
+from klippy.extras import (
+    heat_budget,
+    heat_guard,
+    heat_probe,
+    heat_stall,
+    heat_watch,
+    verify_heater,
+)
 
 # Not compiled; or what compiled_world.load() gives
-MODULES = (heat_world, heat_watch, heat_stall, heat_probe, heat_guard)
+MODULES = (heat_world, heat_watch, heat_stall, heat_probe, heat_budget, heat_guard)
 KINDS = ("extruder", "heater_bed")
 MAX_TEMPS = {"extruder": 300.0, "heater_bed": 130.0}
+MIN_TEMP = 0.0
 CONTROLS = {"pid": heat_world.PID, "watermark": heat_world.WATERMARK,
             "mpc": heat_world.MODEL}
 FAULTS = {
@@ -20,9 +28,10 @@ FAULTS = {
     "sensor fallen off": heat_world.FALLEN_OFF, "sensor slow": heat_world.SLOW_SENSOR,
     "sensor jumping": heat_world.JUMPING, "sensor 35 high": heat_world.SHIFTED_UP,
     "sensor 35 low": heat_world.SHIFTED_DOWN, "sensor drifting": heat_world.DRIFTING}
-# When it happens: while holding a temperature, before heating up again, in the
-# middle of that, before cooling down, or before heating to just above the room
-MOMENTS = ("hold", "off", "climb", "cooling", "near room")
+# When it happens: while holding a temperature, or the highest that it can, before
+# heating up again, in the middle of that, before cooling down, or before heating to
+# just above the room
+MOMENTS = ("hold", "hot", "off", "climb", "cooling", "near room")
 LONGEST = {"extruder": 1200.0, "heater_bed": 3600.0}
 LEARN_TIME = {"extruder": 700.0, "heater_bed": 2400.0}
 
@@ -45,6 +54,14 @@ class Bystander:
     def __init__(self, world):
         self.world = world
 
+    @property
+    def is_cut(self):
+        return self.world.guard.is_cut
+
+    @property
+    def n_cuts(self):
+        return self.world.guard.budget.n_cuts
+
     def lookup_heater(self, name):
         return self
 
@@ -54,13 +71,15 @@ class Bystander:
 
 def make_world(modules, kind_name, seed, control=None):
     """A random HeaterWorld with its watch; control: see CONTROLS."""
-    world, watch, stall, probe, guard = modules
+    world, watch, stall, probe, budget, guard = modules
     traits = "EXTRUDER" if kind_name == "extruder" else "BED"
+    kind = world.HOTEND if kind_name == "extruder" else world.BED
     return world.HeaterWorld(
-        world.HOTEND if kind_name == "extruder" else world.BED, seed,
+        kind, seed,
         guard.HeatGuard(watch.HeatWatch(getattr(watch, traits)),
                         stall.StallWatch(getattr(stall, traits)),
-                        probe.HeatProbe(getattr(probe, traits))),
+                        probe.HeatProbe(getattr(probe, traits)),
+                        budget.HeatBudget(getattr(budget, traits), kind.max_temp)),
         None if control is None else CONTROLS[control])
 
 
@@ -75,9 +94,9 @@ def run_fault(modules, kind_name, fault, moment, seed, control=None):
     verify_heater.load_config_prefix(
         printer.make_section("verify_heater " + kind_name))
     printer.start()
-    target = 0.5 * (kind.low + world.highest)
+    target = world.highest if moment == "hot" else 0.5 * (kind.low + world.highest)
     plan = [(0.0, 120.0), (target, LEARN_TIME[kind_name])]
-    if moment != "hold":
+    if moment not in ("hold", "hot"):
         plan.append((0.0, 600.0 if world.is_hotend else 2400.0))
     if moment in ("climb", "cooling"):
         plan.append((target, 12.0 if moment == "climb" else 400.0))
@@ -118,6 +137,6 @@ def watch(world, printer, seconds):
         printer.advance(1.0)
         if printer.is_shutdown():
             return "verify_heater"
-        if world.reading > world.kind.max_temp:
-            return "max_temp"
+        if not MIN_TEMP <= world.reading <= world.kind.max_temp:
+            return "limits"
     return None
