@@ -76,6 +76,12 @@ pair_sqrt(pair x)
 }
 
 static inline pair
+pair_swap(pair x)
+{
+    return (pair) { x[1], x[0] };
+}
+
+static inline pair
 pair_abs(pair x)
 {
     return (pair)((pair_mask)x & INT64_MAX);

@@ -40,3 +40,14 @@ runcurve_count_met(const struct runcurve *c, const struct runview *v,
             break;
     return i;
 }
+
+int
+runcurve_check(const struct runcurve *c)
+{
+    if (!(c->interval >= 1. && c->interval <= UINT32_MAX)
+        || c->interval != floor(c->interval))
+        return -20;
+    if (!(fabs(c->add) <= RUNCURVE_ADD_MAX + 1.) || c->add != floor(c->add))
+        return -21;
+    return 0;
+}

@@ -21,6 +21,9 @@ struct runcurve {
     double interval, add;
 };
 
+/* A track beside it (runtrack.h) must fit a message, too. */
+#define RUNCURVE_ADD_MAX 32766.
+
 /* Step k, from the start. */
 static inline double
 runcurve_get(const struct runcurve *c, double k)
@@ -39,5 +42,7 @@ runview_get(const struct runview *v, int64_t k)
  * meets before it misses one. */
 int64_t runcurve_count_met(const struct runcurve *c, const struct runview *v,
                            int64_t from, int64_t n);
+/* 0, or a negative number that says which invariant does not hold. */
+int runcurve_check(const struct runcurve *c);
 
 #endif

@@ -8,20 +8,15 @@
 
 enum { PROBES = 4 };
 
-/* The tracks beside it must fit a message, too. */
-#define ADD_MAX 32766.
-
 /* A run is stretched beyond its best length if that gives this much more. */
-#define STRETCH 1.25
+#define STRETCH 1.35
 
 enum {
     /* A longer run than this is not worth the search for the longest. */
-    SHORT = 192,
+    SHORT = 256,
     /* Where the last run was no longer than LAST_TINY, one of up to TINY steps
      * is taken as long as possible: it hardly ever pays to end it early. */
     LAST_TINY = 16, TINY = 24,
-    /* So many gates tell how far a run gets. */
-    GATES = 32,
 };
 
 void
@@ -61,7 +56,7 @@ draw_curve(const struct runview *v, int64_t n, struct runcurve *c)
         return 1;
     add = 2. * (end - runview_get(v, middle) / (double)middle)
         / (double)(n - middle);
-    if (!(fabs(add) < ADD_MAX))
+    if (!(fabs(add) < RUNCURVE_ADD_MAX))
         return 0;
     c->add = pair_round_one(add);
     c->interval = pair_round_one(end - .5 * c->add * (double)(n - 1));
@@ -129,57 +124,18 @@ search_length(const struct runfit *f, int64_t limit)
 
 /* ---- Choosing the length ---- */
 
-/* The curve of this add and an interval between two that ends closest to where
- * step n is wanted.  Returns by how much that is missed. */
-static double
-aim(const struct runline *l, int64_t n, double add, double least,
-    double most, struct runcurve *c)
-{
-    const struct runtrack t = { add, least, most };
-
-    return runtrack_aim(&t, (double)n, runview_get(&l->view, n), c);
-}
-
-/* How far a run of this add gets, at most n steps, and its curve. */
+/* The longest of the next runs, about, and its curve; with an add close to
+ * this. */
 static int64_t
-try_add(struct runline *l, double add, int n, struct runcurve *c)
+find_longest(struct runfit *f, int64_t limit, double add, struct runcurve *c)
 {
-    double least, most;
+    int n = limit < RUNLINE_MAX ? (int)limit : RUNLINE_MAX;
 
-    n = runline_find_intervals(l, add, n, &least, &most);
-    aim(l, n, add, least, most, c);
-    return runcurve_count_met(c, &l->view, 0, n);
-}
-
-/* The longest of the next runs, about, and its curve.  It gets about as far as
- * `near`. */
-static int64_t
-find_longest(struct runfit *f, int64_t limit, int64_t near,
-             struct runcurve *c)
-{
-    int64_t best = 0;
-    double slope, add;
-    int n = limit < RUNLINE_MAX ? (int)limit : RUNLINE_MAX, is_upper;
-
-    n = runline_aim(&f->line, n, (int)(near / GATES) + 1, &slope);
-    /* no more than a message can say: windows may leave room for that */
-    slope = fmax(-ADD_MAX / 2., fmin(slope, ADD_MAX / 2. - 1.));
-    add = floor(2. * slope);
-    is_upper = 2. * slope - add > .5;
-    /* the closer one first: it mostly gets all the way */
-    for (int i = 0; i < 2 && best < n; i++) {
-        struct runcurve found;
-        int64_t count = try_add(&f->line, add + (i ^ is_upper), n, &found);
-        if (count <= best)
-            continue;
-        best = count;
-        *c = found;
-    }
-    if (best <= 1) {
-        best = 1;
-        *c = (struct runcurve) { runview_get(&f->line.view, 1), 0. };
-    }
-    return best;
+    n = runline_find_longest(&f->line, n, add, c);
+    if (n)
+        return n;
+    *c = (struct runcurve) { runview_get(&f->line.view, 1), 0. };
+    return 1;
 }
 
 /* How far a run of n steps and the one after it get, about. */
@@ -213,7 +169,7 @@ compare_lengths(struct runfit *f, struct runcurve *c)
         return met;
     if (n > SHORT)
         return n;
-    most = find_longest(f, limit, n, &longest);
+    most = find_longest(f, limit, c->add, &longest);
     if (most <= n || (n > LAST_TINY
                       && look_ahead(f, n, c) >= look_ahead(f, most, &longest)))
         return n;
@@ -229,7 +185,10 @@ choose_length(struct runfit *f, struct runcurve *c)
 
     runline_init(&f->line, &v);
     if (f->last_count <= LAST_TINY) {
-        int64_t most = find_longest(f, f->end - f->first, 1, c);
+        int64_t limit = f->end - f->first, most = f->last_count;
+        double add = draw_curve(&v, most < limit ? most : limit, c) ? c->add
+                                                                    : 0.;
+        most = find_longest(f, limit, add, c);
         if (most <= TINY)
             return most;
     }
@@ -267,7 +226,7 @@ save_bytes(struct runfit *f, int64_t n, struct runcurve *c)
             return;
         add = shorter;
         if (runline_find_intervals(&f->line, add, (int)n, &least, &most) < n
-            || aim(&f->line, n, add, least, most, &bent)
+            || runline_aim(&f->line, (int)n, add, least, most, &bent)
                > f->line.view.error[n - 1] * .5
             || runcurve_count_met(&bent, &f->line.view, 0, n) < n)
             return;
@@ -451,11 +410,11 @@ runfit_check(const struct runfit *f)
     if (f->first < 0 || f->first > f->end || f->end > RUNFIT_STORE)
         return -1;
     for (int i = 0; i < f->n_tracks; i++)
-        if (f->tracks[i].interval_lo > f->tracks[i].interval_hi)
-            return -2;
+        if (runtrack_check(&f->tracks[i]))
+            return runtrack_check(&f->tracks[i]);
     for (int i = f->first + 1; i < f->end; i++)
         if (f->wanted[i] - f->error[i]
             <= f->wanted[i - 1] + f->error[i - 1])
             return -3;
-    return 0;
+    return runline_check(&f->line);
 }

@@ -4,83 +4,16 @@
 
 #include "pair.h"
 #include "runline.h"
+#include "runtrack.h"
 
-enum { BLOCK = 16 };
+enum { BLOCK = 8, TRIES_MAX = 8 };
 
 /* Part of an interval by which rounding may move its bounds. */
 #define SLACK 1e-13
 
-struct point {
-    double x, y;
+struct bounds {
+    double least, most;
 };
-
-/* The steepest line through the gates so far.  It touches a lower end and,
- * right of it, an upper end.  The hull holds the lower ends that a steepest
- * line to come can touch: each slope between neighbours is less than the one
- * before.  Of the flattest line, all the same upside down. */
-struct side {
-    struct point hull[RUNLINE_MAX];
-    int first, end;             /* hull[first] is touched now */
-    struct point upper;         /* touched, too */
-    double slope;
-};
-
-/* Is the slope from a to c more than that from a to b, which is left of c? */
-static inline int
-is_steeper(const struct point *a, const struct point *b, const struct point *c)
-{
-    return (c->y - a->y) * (b->x - a->x) > (b->y - a->y) * (c->x - a->x);
-}
-
-static inline double
-get_height(const struct side *s, double x)
-{
-    return s->upper.y + s->slope * (x - s->upper.x);
-}
-
-/* The first two gates: any line gets through. */
-static void
-start_side(struct side *s, double x, double low0, double low1, double high1)
-{
-    s->hull[0] = (struct point) { 0., low0 };
-    s->hull[1] = (struct point) { x, low1 };
-    s->first = 0;
-    s->end = 2;
-    s->slope = (high1 - low0) / x;
-    s->upper = (struct point) { x, high1 };
-}
-
-/* Turn the line so that it gets below another upper end. */
-static inline void
-turn(struct side *s, const struct point *upper)
-{
-    const struct point *p = &s->hull[s->first];
-
-    while (s->first + 1 < s->end && !is_steeper(p, p + 1, upper)) {
-        p++;
-        s->first++;
-    }
-    s->slope = (upper->y - p->y) / (upper->x - p->x);
-    s->upper = *upper;
-}
-
-static inline void
-add_lower(struct side *s, const struct point *lower)
-{
-    while (s->end - s->first > 1
-           && is_steeper(&s->hull[s->end - 2], &s->hull[s->end - 1], lower))
-        s->end--;
-    s->hull[s->end++] = *lower;
-}
-
-/* Let the line pass one more gate, which it can. */
-static inline void
-pass(struct side *s, const struct point *lower, const struct point *upper)
-{
-    if (upper->y < get_height(s, upper->x))
-        turn(s, upper);
-    add_lower(s, lower);
-}
 
 void
 runline_init(struct runline *l, const struct runview *view)
@@ -93,61 +26,24 @@ runline_init(struct runline *l, const struct runview *view)
 static inline void
 fill(struct runline *l, int n)
 {
-    const struct runview *v = &l->view;
+    const double *wanted = l->view.wanted, *error = l->view.error;
+    pair k = { l->n + 1, l->n + 2 }, start = pair_of(l->view.start);
+    int i = l->n;
 
-    for (; l->n < n; l->n += 2) {
-        int i = l->n;
-        pair part = 1. / (pair) { i + 1, i + 2 };
-        pair wanted = pair_load(v->wanted + i) - v->start;
-        pair error = pair_load(v->error + i);
-        pair_store(l->low + i, (wanted - error) * part);
-        pair_store(l->high + i, (wanted + error) * part);
+    if (i >= n)
+        return;
+    for (; i < n; i += 2, k += 2.) {
+        pair part = 1. / k;
+        pair middle = (pair_load(wanted + i) - start) * part;
+        pair half = pair_load(error + i) * part;
+        pair_store(l->part + i, part);
+        pair_store(l->low + i, middle - half);
+        pair_store(l->high + i, middle + half);
     }
+    l->n = i;
 }
 
-/* Returns 0, and changes nothing, if no line gets through.  Upside down a gate
- * is one of the other side. */
-static inline int
-pass_both(struct side *steep, struct side *flat, int i, double gate_low,
-          double gate_high)
-{
-    struct point low = { i, gate_low }, high = { i, gate_high };
-    struct point mirror_low = { i, -gate_high }, mirror_high = { i, -gate_low };
-
-    if (low.y > get_height(steep, i) || mirror_low.y > get_height(flat, i))
-        return 0;
-    pass(steep, &low, &high);
-    pass(flat, &mirror_low, &mirror_high);
-    return 1;
-}
-
-int
-runline_aim(struct runline *l, int n, int every, double *slope)
-{
-    struct side steep, flat;
-    int i = 2 * every;
-
-    *slope = 0.;
-    if (n <= every)
-        return n;
-    fill(l, every + 1);
-    start_side(&steep, every, l->low[0], l->low[every], l->high[every]);
-    start_side(&flat, every, -l->high[0], -l->high[every], -l->low[every]);
-    for (; i < n; i += every) {
-        if (i >= l->n)
-            fill(l, i + BLOCK < n ? i + BLOCK : n);
-        if (!pass_both(&steep, &flat, i, l->low[i], l->high[i]))
-            break;
-    }
-    *slope = .5 * (steep.slope - flat.slope);
-    return i < n ? i : n;
-}
-
-/* ---- Whole numbers ---- */
-
-struct bounds {
-    double least, most;
-};
+/* ---- One add ---- */
 
 /* The least whole number that is no less (but for rounding); x is above 0. */
 static inline double
@@ -161,9 +57,19 @@ get_whole(double x)
 }
 
 static inline int
-has_whole(const struct bounds *b)
+has_whole(struct bounds b)
 {
-    return get_whole(b->least) <= b->most * (1. + SLACK);
+    return b.most - b.least >= 1.
+        || get_whole(b.least) <= b.most * (1. + SLACK);
+}
+
+static inline struct bounds
+get_bounds(pair least, pair most)
+{
+    return (struct bounds) {
+        least[0] > least[1] ? least[0] : least[1],
+        most[0] < most[1] ? most[0] : most[1],
+    };
 }
 
 /* Bounds that a block of gates leaves to the interval. */
@@ -171,26 +77,23 @@ static inline struct bounds
 pass_block(const struct runline *l, int i, double half, struct bounds b)
 {
     pair least = pair_of(b.least), most = pair_of(b.most);
-    pair bend = half * (pair) { i, i + 1 }, more = pair_of(2. * half);
+    double first = half * i;
+    pair bend = { first, first + half };
 
-    for (int k = i; k < i + BLOCK; k += 2, bend += more) {
+    for (int k = i; k < i + BLOCK; k += 2, bend += 2. * half) {
         least = pair_max(pair_load(l->low + k) - bend, least);
         most = pair_min(pair_load(l->high + k) - bend, most);
     }
-    return (struct bounds) {
-        least[0] > least[1] ? least[0] : least[1],
-        most[0] < most[1] ? most[0] : most[1],
-    };
+    return get_bounds(least, most);
 }
 
 static inline struct bounds
-pass_one(const struct runline *l, int i, double half, struct bounds b)
+pass_one(const struct runline *l, int i, double bend, struct bounds b)
 {
-    double bend = half * i;
+    double low = l->low[i] - bend, high = l->high[i] - bend;
 
     return (struct bounds) {
-        l->low[i] - bend > b.least ? l->low[i] - bend : b.least,
-        l->high[i] - bend < b.most ? l->high[i] - bend : b.most,
+        low > b.least ? low : b.least, high < b.most ? high : b.most,
     };
 }
 
@@ -199,20 +102,110 @@ runline_find_intervals(struct runline *l, double add, int n, double *least,
                        double *most)
 {
     struct bounds b = { 1., UINT32_MAX }, next;
+    double half = .5 * add, bend;
     int i = 0;
 
-    fill(l, n);
     for (; i + BLOCK <= n; i += BLOCK, b = next) {
-        next = pass_block(l, i, .5 * add, b);
-        if (!has_whole(&next))
+        fill(l, i + BLOCK);
+        next = pass_block(l, i, half, b);
+        if (!has_whole(next))
             break;
     }
-    for (; i < n; i++, b = next) {
-        next = pass_one(l, i, .5 * add, b);
-        if (!has_whole(&next))
+    fill(l, i + BLOCK <= n ? i + BLOCK : n);
+    bend = half * i;
+    for (; i < n; i++, b = next, bend += half) {
+        next = pass_one(l, i, bend, b);
+        if (!has_whole(next))
             break;
     }
     *least = get_whole(b.least);
-    *most = floor(b.most * (1. + SLACK));
+    *most = (double)(int64_t)(b.most * (1. + SLACK));
     return i;
+}
+
+double
+runline_aim(const struct runline *l, int n, double add, double least,
+            double most, struct runcurve *c)
+{
+    const struct runtrack t = { add, least, most };
+
+    return runtrack_aim(&t, (double)n, runview_get(&l->view, n), c);
+}
+
+/* ---- The longest ---- */
+
+/* Bounds of adds between which lines pass gate i and any single one before. */
+static struct bounds
+narrow(const struct runline *l, int i, struct bounds b)
+{
+    double low = 2. * l->low[i], high = 2. * l->high[i];
+    pair least = pair_of(b.least), most = pair_of(b.most);
+    int j = i & 1;
+
+    if (j) {
+        least = pair_max(pair_of((low - 2. * l->high[0]) * l->part[i - 1]),
+                         least);
+        most = pair_min(pair_of((high - 2. * l->low[0]) * l->part[i - 1]),
+                        most);
+    }
+    for (; j < i; j += 2) {
+        pair part = pair_swap(pair_load(l->part + i - j - 2));
+        least = pair_max((low - 2. * pair_load(l->high + j)) * part, least);
+        most = pair_min((high - 2. * pair_load(l->low + j)) * part, most);
+    }
+    return get_bounds(least, most);
+}
+
+/* The add closest to the middle of the bounds; `last` if there is no other. */
+static double
+choose_add(struct bounds b, double last)
+{
+    double add = pair_round_one(.5 * (b.least + b.most));
+
+    if (add < b.least)
+        add += 1.;
+    if (add > b.most)
+        add -= 1.;
+    return add < b.least ? last : add;
+}
+
+int
+runline_find_longest(struct runline *l, int n, double add, struct runcurve *c)
+{
+    struct bounds adds = { -RUNCURVE_ADD_MAX, RUNCURVE_ADD_MAX }, found;
+    double next = add, best_add = add;
+    int best = 0;
+
+    for (int i = 0; i < TRIES_MAX && (!i || next != add); i++) {
+        struct bounds b;
+        int reach;
+        add = next;
+        reach = runline_find_intervals(l, add, n, &b.least, &b.most);
+        if (reach >= best) {
+            best = reach;
+            best_add = add;
+            found = b;
+        }
+        if (reach < n) {
+            adds = narrow(l, reach, adds);
+            next = choose_add(adds, add);
+        }
+    }
+    if (best < 2)
+        return 0;
+    runline_aim(l, best, best_add, found.least, found.most, c);
+    best = (int)runcurve_count_met(c, &l->view, 0, best);
+    return best < 2 ? 0 : best;
+}
+
+int
+runline_check(const struct runline *l)
+{
+    if (l->n < 0 || l->n > RUNLINE_MAX)
+        return -23;
+    for (int i = 0; i < l->n; i++)
+        if (fabs(l->part[i] * (i + 1) - 1.) > SLACK
+            || l->low[i] > l->high[i])
+            return -24;
+    return 0;
 }

@@ -6,30 +6,43 @@
  * as the line interval + add / 2 * x at x = k - 1.  A run that meets all
  * windows, but for whole numbers, is a line through the gates that the
  * windows, divided by k, put in its way.
+ *
+ * How: a line of some add goes until a gate stops it.  That gate, with each one
+ * before it, bounds the adds that get further, so that a few tries are enough:
+ * some line of an add gets through gates if one does through any two of them.
  */
 #ifndef RUNLINE_H
 #define RUNLINE_H
 
 #include "runcurve.h"
 
-enum { RUNLINE_MAX = 256 };
+enum { RUNLINE_MAX = 512 };
 
 /* The gates of the next windows, as far as they were asked for. */
 struct runline {
     struct runview view;
     int n;
+    double part[RUNLINE_MAX];   /* 1 / k */
     double low[RUNLINE_MAX], high[RUNLINE_MAX];
 };
 
 /* No gates yet. */
 void runline_init(struct runline *l, const struct runview *view);
-/* Number of gates, of n (at most RUNLINE_MAX), that one line gets through, as
- * far as every `every`-th of them tells; *slope is in the middle of what is
- * possible (0 for no more than `every`). */
-int runline_aim(struct runline *l, int n, int every, double *slope);
-/* How many of the first n gates a line of this add and any whole interval gets
- * through (but for rounding), and the least and greatest of these. */
+/* How many of the first n gates (at most RUNLINE_MAX) a line of this add and
+ * any whole interval gets through (but for rounding), and the least and
+ * greatest of these. */
 int runline_find_intervals(struct runline *l, double add, int n, double *least,
                            double *most);
+/* The greatest number of gates, of n, that a line gets through, about, and the
+ * curve of a run that meets these windows and ends close to the middle of the
+ * last.  add: a guess.  Returns 0 if there is none of two steps or more. */
+int runline_find_longest(struct runline *l, int n, double add,
+                         struct runcurve *c);
+/* The curve of this add and an interval between two that ends closest to where
+ * step n is wanted.  Returns by how much that is missed. */
+double runline_aim(const struct runline *l, int n, double add, double least,
+                   double most, struct runcurve *c);
+/* 0, or a negative number that says which invariant does not hold. */
+int runline_check(const struct runline *l);
 
 #endif

@@ -88,3 +88,15 @@ runtrack_aim(const struct runtrack *t, double k, double wanted,
     c->interval = fmin(fmax(c->interval, t->interval_lo), t->interval_hi);
     return fabs(c->interval * k - wanted);
 }
+
+int
+runtrack_check(const struct runtrack *t)
+{
+    const struct runcurve first = { t->interval_lo, t->add };
+    const struct runcurve last = { t->interval_hi, t->add };
+    int ret = runcurve_check(&first);
+
+    if (ret || t->interval_lo > t->interval_hi)
+        return ret ? ret : -22;
+    return runcurve_check(&last);
+}

@@ -21,5 +21,7 @@ int64_t runtrack_run(struct runtrack *t, const struct runview *v, int64_t from,
  * how much that is missed. */
 double runtrack_aim(const struct runtrack *t, double k, double wanted,
                     struct runcurve *c);
+/* 0, or a negative number that says which invariant does not hold. */
+int runtrack_check(const struct runtrack *t);
 
 #endif
