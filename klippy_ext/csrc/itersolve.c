@@ -146,6 +146,7 @@ solve_even(double *times, int n, double first, const struct way *w)
     double each = 1. / w->speed, start = w->start, most = w->duration;
     pair number = { 0., 1. };
 
+#pragma GCC unroll 4
     for (int i = 0; i < n; i += 2, number += 2.)
         pair_store(times + i, pair_clamp((number + first) * each, most)
                               + start);

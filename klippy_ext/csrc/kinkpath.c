@@ -90,21 +90,6 @@ note_powers(struct kinkpath *p, int n)
         p->degree = p->plain_degree + n - 3;
 }
 
-/* Several events share a kink: what was asked for last is kept. */
-static const struct kink *
-get_kink(const struct kinkpath *p, struct kink_line *line, uint64_t number)
-{
-    const struct kink_source *s = p->source;
-    struct kink *kink = &line->kept[number % KINK_KEPT];
-
-    if (kink->number != number) {
-        kink->n = s->get_jump(s, line->channel, number, number == p->first,
-                              kink->jump);
-        kink->number = number;
-    }
-    return kink;
-}
-
 static int
 is_flat(const struct kink *kink)
 {
@@ -114,16 +99,32 @@ is_flat(const struct kink *kink)
     return 1;
 }
 
+/* Several events share a kink: what was asked for last is kept. */
+static inline const struct kink *
+get_kink(const struct kinkpath *p, struct kink_line *line, uint64_t number)
+{
+    const struct kink_source *s = p->source;
+    struct kink *kink = &line->kept[number % KINK_KEPT];
+
+    if (kink->number != number) {
+        kink->n = s->get_jump(s, line->channel, number, number == p->first,
+                              kink->jump);
+        kink->number = number;
+        kink->is_flat = is_flat(kink);
+    }
+    return kink;
+}
+
 /* The next event of a tap is at the first border from `number` on where
  * anything jumps, if that is one of the next few. */
-static void
+static inline void
 set_cursor(const struct kinkpath *p, struct kink_tap *tap, uint64_t number)
 {
     const struct trapq *tq = p->source->tq;
     uint64_t last = number + KINK_SKIP;
 
     last = last < tq->end ? last : tq->end;
-    while (number <= last && is_flat(get_kink(p, tap->line, number)))
+    while (number <= last && get_kink(p, tap->line, number)->is_flat)
         number++;
     tap->cursor = number;
     tap->next = get_border(tq, number) + tap->event->delay;

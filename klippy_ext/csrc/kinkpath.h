@@ -45,7 +45,7 @@ struct kink_source {
 /* What jumps at a border: jump[i] * t^i; how many of them count. */
 struct kink {
     double jump[KINK_SIZE];
-    int n;
+    int n, is_flat;             /* nothing jumps */
     uint64_t number;            /* of the segment that begins there */
 };
 

@@ -162,8 +162,8 @@ add_high(const struct reply_event *e, const double jump[KINK_SIZE],
 }
 
 void
-reply_add(const struct reply_event *e, const double jump[KINK_SIZE], int n,
-          double q[POLY_SIZE])
+reply_add_spline(const struct reply_event *e, const double jump[KINK_SIZE],
+                 int n, double q[POLY_SIZE])
 {
     double place = jump[0], speed = jump[1], twice = 2. * jump[2];
 

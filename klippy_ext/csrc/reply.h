@@ -53,12 +53,28 @@ void reply_make(struct reply *r, const struct shaper_axis *shaper,
 /* How far (s) before and after a time the average looks. */
 double reply_get_pre(const struct reply *r);
 double reply_get_post(const struct reply *r);
-/* Add to q, by power of the time since event `e`, what that adds to the reply
- * to jump[i] * t^i, of which the first n, 3 or KINK_SIZE, count. */
-void reply_add(const struct reply_event *e, const double jump[KINK_SIZE],
-               int n, double q[POLY_SIZE]);
+void reply_add_spline(const struct reply_event *e,
+                      const double jump[KINK_SIZE], int n,
+                      double q[POLY_SIZE]);
 /* 0, or a negative number that says which invariant does not hold. */
 int reply_check(const struct reply *r);
+
+/* Add to q, by power of the time since event `e`, what that adds to the reply
+ * to jump[i] * t^i, of which the first n, 3 or KINK_SIZE, count. */
+static inline void
+reply_add(const struct reply_event *e, const double jump[KINK_SIZE], int n,
+          double q[POLY_SIZE])
+{
+    double weight = e->c[0];
+
+    if (e->high > 0 || n > 3) {
+        reply_add_spline(e, jump, n, q);
+        return;
+    }
+    q[0] += weight * jump[0];           /* an impulse */
+    q[1] += weight * jump[1];
+    q[2] += weight * jump[2];
+}
 
 /* The same polynomial of degree n in a time that is `by` less. */
 static inline void

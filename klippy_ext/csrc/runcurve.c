@@ -7,37 +7,31 @@
 
 enum { BLOCK = 8 };
 
-/* Are all windows of a block met, of which the first is for step k? */
-static inline int
-is_block_met(const struct runcurve *c, const struct runview *v, int64_t i,
-             double first)
-{
-    double half = .5 * c->add, rest = c->interval - half, start = v->start;
-    pair k = { first, first + 1. };
-    pair_mask signs = { 0, 0 };
-
-    for (int n = 0; n < BLOCK; n += 2, k += 2.) {
-        pair clock = (rest + half * k) * k + start;
-        pair off = pair_abs(clock - pair_load(v->wanted + i + n));
-        signs |= pair_compare(pair_load(v->error + i + n), off);
-    }
-    return !pair_is_less(signs);
-}
-
 int64_t
 runcurve_count_met(const struct runcurve *c, const struct runview *v,
                    int64_t from, int64_t n)
 {
-    double k = (double)from + 1.;
+    double first = (double)from + 1.;
+    pair half = pair_of(.5 * c->add), rest = c->interval - half;
+    pair start = pair_of(v->start), k = { first, first + 1. };
+    const double *wanted = v->wanted, *error = v->error;
     int64_t i = 0;
 
-    while (i + BLOCK <= n && is_block_met(c, v, i, k)) {
-        i += BLOCK;
-        k += BLOCK;
-    }
-    for (; i < n; i++, k += 1.)
-        if (fabs(runcurve_get(c, k) + v->start - v->wanted[i]) > v->error[i])
+    for (; i + BLOCK <= n; i += BLOCK) {
+        pair_mask signs = { 0, 0 };
+        for (int j = 0; j < BLOCK; j += 2, k += 2.) {
+            pair clock = (rest + half * k) * k + start;
+            pair off = pair_abs(clock - pair_load(wanted + i + j));
+            signs |= pair_compare(pair_load(error + i + j), off);
+        }
+        if (pair_is_less(signs))
             break;
+    }
+    for (; i < n; i++) {
+        double clock = runcurve_get(c, first + (double)i) + v->start;
+        if (fabs(clock - wanted[i]) > error[i])
+            break;
+    }
     return i;
 }
 

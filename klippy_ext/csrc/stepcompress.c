@@ -248,6 +248,7 @@ set_clocks(const struct stepcompress *sc, double *clocks, const double *times,
     double offset = sc->offset, freq = sc->freq;
     int i = 0;
 
+#pragma GCC unroll 4
     for (; i + 2 <= n; i += 2)
         pair_store(clocks + i,
                    pair_round((pair_load(times + i) - offset) * freq));
@@ -265,6 +266,7 @@ set_errors(const struct stepcompress *sc, double *errors, const double *clocks,
     pair most = pair_of(2. * sc->options.max_error + 1.);
     pair_mask signs = { 0, 0 };
 
+#pragma GCC unroll 4
     for (int i = 1; i <= n; i += 2) {
         pair clock = pair_load(clocks + i);
         pair room = pair_min(clock - pair_load(clocks + i - 1),

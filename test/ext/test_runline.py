@@ -46,13 +46,12 @@ def test_all_intervals_of_an_add(path, bent):
 
 @settings(deadline=None)
 @given(paths(max_add=40), st.integers(-60, 60))
-def test_a_run_through_all_windows_is_found(path, guess):
-    """But for two steps, where whole numbers leave no interval; one step is the
-    caller's."""
+def test_a_run_meets_its_windows(path, guess):
+    """find_longest() looks at each; one step alone is the caller's."""
     start, windows, interval, add = path
     good = count_met(start, windows, 1, interval, add)
     got, _ = find_longest(start, windows, guess)
-    assert got != 1 and got >= good - 2
+    assert got >= min(good, 2) if good > 1 else got != 1
 
 
 def draw_windows(draw):
