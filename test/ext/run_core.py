@@ -6,9 +6,7 @@ ticks after its start.  Windows are (wanted clock, error).
 """
 
 import ctypes
-import math
 import pathlib
-from fractions import Fraction
 
 from hypothesis import strategies as st
 
@@ -89,10 +87,8 @@ def count_met(start, windows, first, interval, add):
 
 def narrow_interval(start, window, k, add, low, high):
     """Whole intervals between two with which step k meets a window, exactly."""
-    bend = get_step(0, add, k)
-    least = Fraction(int(window[0] - window[1]) - start - bend, k)
-    most = Fraction(int(window[0] + window[1]) - start - bend, k)
-    return max(low, math.ceil(least)), min(high, math.floor(most))
+    wanted = window[0] - start - get_step(0, add, k)
+    return max(low, -((window[1] - wanted) // k)), min(high, (wanted + window[1]) // k)
 
 
 def find_intervals(start, windows, add, low=1, high=2 ** 32 - 1, first=1):

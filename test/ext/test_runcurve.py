@@ -4,7 +4,7 @@
 import ctypes
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from run_core import CORE, Curve, count_met, make_view, paths
 
@@ -14,6 +14,7 @@ def count(curve, view, first, n):
                                    first - 1, n)
 
 
+@settings(deadline=None)
 @given(paths(), st.integers(-2, 2), st.integers(-1, 1))
 def test_windows_are_met_as_whole_numbers_say(path, more, bent):
     start, windows, interval, add = path
@@ -22,6 +23,7 @@ def test_windows_are_met_as_whole_numbers_say(path, more, bent):
     assert got == count_met(start, windows, 1, interval, add)
 
 
+@settings(deadline=None)
 @given(paths(), st.integers(1, 40))
 def test_the_windows_of_later_steps(path, first):
     start, windows, interval, add = path

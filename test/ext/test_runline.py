@@ -32,6 +32,7 @@ def find_best(start, windows, adds):
     return max(find_intervals(start, windows, add)[0] for add in adds)
 
 
+@settings(deadline=None)
 @given(paths(), st.integers(-1, 1))
 def test_all_intervals_of_an_add(path, bent):
     start, windows, _, add = path
@@ -68,12 +69,12 @@ def draw_windows(draw):
 
 
 def test_runs_are_about_the_longest():
-    """Of 300 paths: 1 % shorter than the longest of all adds, at most."""
+    """Of 100 paths: 1 % shorter than the longest of all adds, at most."""
     draw, got, best = random.Random(5), 0, 0
-    for _ in range(300):
+    for _ in range(100):
         windows = draw_windows(draw)
         got += find_longest(0, windows, draw.randint(-20, 20))[0]
-        best += find_best(0, windows, range(-300, 301))
+        best += find_best(0, windows, range(-150, 151))
     assert got >= 0.99 * best
 
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs that go on, in C, and with all intervals as fractions."""
+"""Runs that go on, in C, and with all intervals by whole numbers."""
 
 import ctypes
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from run_core import CORE, Curve, Track, find_intervals, get_step, make_view, paths
 
@@ -21,6 +21,7 @@ def run(track, view, done, n):
     return got
 
 
+@settings(deadline=None)
 @given(paths(), st.integers(-1, 1))
 def test_all_intervals_that_meet_the_windows(path, bent):
     start, windows, _, add = path
@@ -30,6 +31,7 @@ def test_all_intervals_that_meet_the_windows(path, bent):
     assert (got, track.low, track.high) == find_intervals(start, windows, add)
 
 
+@settings(deadline=None)
 @given(paths(max_steps=120), st.lists(st.integers(1, 40), min_size=1, max_size=6))
 def test_in_pieces_it_is_the_same(path, sizes):
     """However many windows come at a time, until one cannot be met."""
@@ -56,6 +58,7 @@ def test_a_run_of_all_steps_that_a_message_has_room_for():
     assert (track.low, track.high) == expected[1:]
 
 
+@settings(deadline=None)
 @given(st.integers(-50, 50), st.integers(1, 3000), st.integers(0, 9),
        st.integers(1, 300), st.integers(-500, 500))
 def test_aim_comes_as_close_as_any_interval(add, low, more, k, off):
