@@ -11,7 +11,6 @@ import errno
 import json
 import logging
 import os
-import socket
 import stat
 
 from klippy.api_encoding import MESSAGE_END, encode_message
@@ -47,6 +46,7 @@ class ApiServer:
 
     def _open(self, path):
         """Listen at path; a socket left there by somebody gone is removed."""
+        import socket
         sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         sock.setblocking(False)
         try:
@@ -126,6 +126,7 @@ def make_free(path):
         return
     if not os.path.exists(path) or not stat.S_ISSOCK(os.stat(path).st_mode):
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST))
+    import socket
     probe = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         probe.connect(path)

@@ -6,7 +6,7 @@ same library, so objects made here and there share one state.
 """
 
 import functools
-import pathlib
+import os
 
 from klippy.errors import PrinterError
 
@@ -57,7 +57,7 @@ def get_ffi():
         raise PrinterError("A plug-in needs the Python module 'cffi': install it with"
                            " pip install cffi")
     import klippy_ext
-    path = pathlib.Path(klippy_ext.__path__[0]) / LIBRARY
+    path = os.path.join(klippy_ext.__path__[0], LIBRARY)
     ffi = cffi.FFI()
     ffi.cdef(DECLARATIONS)
-    return ffi, ffi.dlopen(str(path))
+    return ffi, ffi.dlopen(path)

@@ -5,10 +5,8 @@ The file is replaced in one step, so that a power cut leaves the old or the new
 one; the old one stays as a dated backup.  Included files are never changed.
 """
 
-import datetime
 import logging
 import os
-import pathlib
 
 from klippy.configtext import (
     SAVE_MARK,
@@ -116,6 +114,7 @@ def write_with_backup(path, text, now):
     text: str as decode() gives it.  now: datetime of the backup's name.
     Raises OSError; the file is then what it was.
     """
+    import pathlib
     path = pathlib.Path(path).resolve()
     stem = path.name.removesuffix(".cfg")
     backup = path.with_name("%s-%s.cfg" % (stem, now.strftime("%Y%m%d_%H%M%S")))
@@ -199,9 +198,11 @@ class ConfigSaver:
         is_restart = gcmd.get_int("RESTART", 1, minval=0, maxval=1)
         if not self.is_pending:
             return
+        import datetime
         path = self.printer.get_start_args()["config_file"]
         try:
-            text = decode(pathlib.Path(path).read_bytes())
+            with open(path, "rb") as source:
+                text = decode(source.read())
             new = build_file(path, text, self.saved,
                              find_overridden(self.store, self.saved))
             write_with_backup(path, new, datetime.datetime.now())

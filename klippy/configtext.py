@@ -8,9 +8,8 @@ indented deeper than its option continues the option's value.
 
 import codecs
 import errno
-import glob
 import json
-import pathlib
+import os
 import re
 
 from klippy.errors import ConfigError, Place, collect
@@ -177,7 +176,7 @@ def split_lines(text):
     lines = text.split("\n")
     if lines and not lines[-1]:
         lines.pop()
-    return [line.removesuffix("\r") for line in lines]
+    return [line.removesuffix("\r") for line in lines] if "\r" in text else lines
 
 
 def decode(data):
@@ -235,9 +234,23 @@ class FileParser:
                            " looked at: is it a config file? If it was, restore it"
                            % (self.n_errors,), Place(self.path, number))
                 break
+            if self.option is not None and self._continue(line):
+                continue
             column = self.n_cut + len(line) - len(line.lstrip()) + 1
             self._parse_line(line, Place(self.path, number, column))
         self.end_option()
+
+    def _continue(self, line):
+        """Take a line that plainly goes on with a value, as most of macros do."""
+        text = line.strip()
+        if not text:
+            self.values.append("")
+            return True
+        if ("#" in line or ";" in line or "\0" in line or not line.isascii()
+                or len(line) - len(line.lstrip()) <= self.indent):
+            return False
+        self.values.append(text)
+        return True
 
     def _fail(self, text, place):
         self.n_errors += 1
@@ -356,7 +369,8 @@ class ConfigReader:
 
     def _read_text(self, path, place):
         try:
-            data = pathlib.Path(path).read_bytes()
+            with open(path, "rb") as source:
+                data = source.read()
             if not data.startswith(_UTF_16):
                 return decode(data)
             self.errors.append(ConfigError(
@@ -409,8 +423,9 @@ class ConfigReader:
 
     def include(self, pattern, place):
         """Read the files that an include line names, in order of name."""
-        folder = pathlib.Path(place.path).parent
-        full = str(folder / pathlib.Path(pattern).expanduser()) if pattern else ""
+        import glob
+        full = pattern and os.path.normpath(os.path.join(
+            os.path.dirname(place.path), os.path.expanduser(pattern)))
         names = sorted(glob.glob(full)) if pattern else []
         if not names and not (pattern and _GLOB_SIGNS.search(pattern)):
             self.errors.append(ConfigError(
@@ -420,9 +435,9 @@ class ConfigReader:
             self._include_file(name, place)
 
     def _include_file(self, name, place):
-        real = pathlib.Path(name).resolve()
+        real = os.path.realpath(name)
         chain = [parser.path for parser in self.parsers]
-        if any(pathlib.Path(path).resolve() == real for path in chain):
+        if any(os.path.realpath(path) == real for path in chain):
             self.errors.append(ConfigError(
                 "[include] goes in a circle: %s: remove one of these lines" % (
                     " -> ".join([*map(str, chain), name]),), place))

@@ -9,7 +9,6 @@ import importlib
 import importlib.machinery
 import logging
 import os
-import pathlib
 import sys
 
 FLAT_NAMES = frozenset((
@@ -62,22 +61,22 @@ def add_folder(package, path):
 
     Raises FileNotFoundError if there is no such folder.
     """
-    folder = pathlib.Path(path).expanduser().resolve()
-    if not folder.is_dir():
+    folder = os.path.realpath(os.path.expanduser(path))
+    if not os.path.isdir(folder):
         raise FileNotFoundError("the plug-in folder '%s' does not exist" % (folder,))
-    if str(folder) not in package.__path__:
-        package.__path__.insert(0, str(folder))
+    if folder not in package.__path__:
+        package.__path__.insert(0, folder)
 
 
 def log_shadowing(module, builtin_folders):
     """Log when a module from a user's file hides one of the built-in folders."""
-    if os.path.dirname(module.__spec__.origin or "") in builtin_folders:
+    source = module.__spec__.origin or ""
+    if os.path.dirname(source) in builtin_folders:
         return
-    source = pathlib.Path(module.__spec__.origin or "")
     name = module.__name__.rpartition(".")[2]
     for folder in builtin_folders:
-        builtin = pathlib.Path(folder, name + ".py")
-        if builtin.exists() and source.parent != builtin.parent:
+        builtin = os.path.join(folder, name + ".py")
+        if os.path.exists(builtin):
             logging.warning("'%s' is used in place of the built-in '%s'",
                             source, builtin)
             return

@@ -5,6 +5,7 @@ A printer that cannot start stays up with a message, so that the config can be
 corrected and RESTART be used.
 """
 
+import gc
 import importlib
 import logging
 import os
@@ -327,6 +328,15 @@ class Printer:
 
     def load(self):
         """Read the config and make all objects.  Raises ConfigError."""
+        is_collecting = gc.isenabled()
+        gc.disable()            # next to nothing that is made here is garbage
+        try:
+            self._load()
+        finally:
+            if is_collecting:
+                gc.enable()
+
+    def _load(self):
         pconfig = self.objects["configfile"]
         config = pconfig.read_main_config()
         if self.bglogger is not None:

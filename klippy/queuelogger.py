@@ -5,12 +5,11 @@ A full disk costs log lines, never a print: lines that cannot be written are
 counted and the count is told once writing works again.
 """
 
-import datetime
 import logging
 import os
-import pathlib
 import queue
 import threading
+import time
 
 MAX_BYTES = 100 * 1024 * 1024
 N_BACKUPS = 5
@@ -40,7 +39,7 @@ class RotatingFile:
     """
 
     def __init__(self, path, header, max_bytes=MAX_BYTES, n_backups=N_BACKUPS):
-        self.path = pathlib.Path(path)
+        self.path = str(path)
         self.header = header
         self.max_bytes, self.n_backups = max_bytes, n_backups
         self.file = None
@@ -53,7 +52,7 @@ class RotatingFile:
 
     def write(self, created, text):
         """Write a text (created: s since the epoch); counts it if that fails."""
-        day = datetime.date.fromtimestamp(created)
+        day = time.localtime(created)[:3]
         try:
             if self.file is None:
                 self.open()
@@ -80,8 +79,8 @@ class RotatingFile:
         return self.file.tell() >= self.max_bytes
 
     def _rotate(self):
-        day = self.day or datetime.date.fromtimestamp(self.path.stat().st_mtime)
-        base = "%s.%s" % (self.path, day.isoformat())
+        day = self.day or time.localtime(os.stat(self.path).st_mtime)[:3]
+        base = "%s.%04d-%02d-%02d" % (self.path, *day)
         name, number = base, 0
         while os.path.exists(name):
             number += 1
@@ -95,10 +94,11 @@ class RotatingFile:
             self._write(text)
 
     def _prune(self):
-        backups = sorted(self.path.parent.glob(self.path.name + ".*"),
-                         key=lambda path: path.stat().st_mtime)
+        import glob
+        backups = sorted(glob.glob(glob.escape(self.path) + ".*"),
+                         key=lambda path: os.stat(path).st_mtime)
         for old in backups[:-self.n_backups]:
-            old.unlink()
+            os.unlink(old)
 
     def close(self):
         if self.file is not None:

@@ -5,7 +5,7 @@ Positions are mm, or radians on an axis that turns.  See
 docs/internals/stepper.md.
 """
 
-from typing import NamedTuple
+from collections import namedtuple
 
 from klippy import pins
 
@@ -15,14 +15,11 @@ RETRACT_DIST = 5.
 END_SHARE = 0.25
 
 
-class HomingInfo(NamedTuple):
+class HomingInfo(namedtuple("HomingInfo", (
+        "speed", "position_endstop", "retract_speed", "retract_dist",
+        "positive_dir", "second_homing_speed"))):
     """How a rail homes; speeds in mm/s, positions in mm."""
-    speed: float
-    position_endstop: float
-    retract_speed: float
-    retract_dist: float
-    positive_dir: bool
-    second_homing_speed: float
+    __slots__ = ()
 
 
 def short_name(section):

@@ -7,7 +7,6 @@ Speaks the datagram protocol of sd_notify(3).  Where no manager listens
 
 import logging
 import os
-import socket
 
 STATUS_PERIOD = 1.          # s between looks at the printer's state
 
@@ -23,6 +22,7 @@ class Notifier:
             return
         if self.address.startswith("@"):        # abstract name space
             self.address = "\0" + self.address[1:]
+        import socket
         self.sock = socket.socket(socket.AF_UNIX,
                                   socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
         self.sock.setblocking(False)

@@ -8,7 +8,7 @@ one the reactor does, and in batch mode there are no responses.
 import logging
 import threading
 
-from klippy import canlink, msgproto, seriallink
+from klippy import msgproto, seriallink
 from klippy.seriallink import error
 from klippy_ext.serialqueue import CommandQueue, SerialQueue
 
@@ -83,6 +83,7 @@ class SerialReader:
     def connect_canbus(self, uuid, nodeid, interface="can0"):
         """Connect to the node of a CAN bus that has this uuid (12 hex digits), by a
         number that no other has.  Raises error, also if another answers."""
+        from klippy import canlink
         raw = canlink.parse_uuid(uuid)
         self._connect(lambda: canlink.open_node(interface, raw, nodeid),
                       "%s:%s" % (interface, uuid))

@@ -4,7 +4,6 @@
 import errno
 import logging
 import os
-import socket
 import stat
 
 from klippy.errors import McuError
@@ -92,6 +91,7 @@ def open_pipe(path):
 
 def open_remote(address):
     """Connect to tcp://host:port or unix://path."""
+    import socket
     try:
         if address.startswith("unix://"):
             sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)

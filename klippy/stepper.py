@@ -7,6 +7,7 @@ found from the other without an offset of its own.  See
 docs/internals/stepper.md.
 """
 
+import importlib
 import math
 
 from klippy import pins
@@ -15,13 +16,7 @@ from klippy.errors import ConfigError
 from klippy.rail import HomingInfo, Rail, iterate_family
 from klippy.stepperconfig import parse_gear_ratio, parse_step_distance
 from klippy_ext.itersolve import StepperKinematics
-from klippy_ext.kin_delta import DeltaKinematics
-from klippy_ext.kin_deltesian import DeltesianKinematics
-from klippy_ext.kin_extruder import ExtruderKinematics
 from klippy_ext.kin_linear import LinearKinematics
-from klippy_ext.kin_polar import PolarBedKinematics
-from klippy_ext.kin_rotary_delta import RotaryDeltaKinematics
-from klippy_ext.kin_winch import RadiusKinematics, WinchKinematics
 from klippy_ext.stepcompress import StepCompress
 from klippy_ext.trapq import TrapQ
 
@@ -37,19 +32,22 @@ MAX_BOTH_EDGE_PULSE = 0.000000500
 BOTH_EDGES = -1
 BOTH_EDGE_CONSTANTS = ("STEPPER_STEP_BOTH_EDGE", "STEPPER_BOTH_EDGE")
 
-# Weights of x, y, z, or a class, by what the historical functions are called with
+# Weights of x, y, z, or a class by its module, which is loaded when it is needed,
+# by what the historical functions are called with
 VARIANTS = {
     "cartesian_stepper_alloc": {
         "x": (1., 0., 0.), "y": (0., 1., 0.), "z": (0., 0., 1.)},
     "corexy_stepper_alloc": {"+": (1., 1., 0.), "-": (1., -1., 0.)},
     "corexz_stepper_alloc": {"+": (1., 0., 1.), "-": (1., 0., -1.)},
-    "polar_stepper_alloc": {"a": PolarBedKinematics, "r": RadiusKinematics},
+    "polar_stepper_alloc": {"a": "kin_polar.PolarBedKinematics",
+                            "r": "kin_winch.RadiusKinematics"},
 }
-OTHER_KINDS = {"delta_stepper_alloc": DeltaKinematics,
-               "deltesian_stepper_alloc": DeltesianKinematics,
-               "extruder_stepper_alloc": ExtruderKinematics,
-               "rotary_delta_stepper_alloc": RotaryDeltaKinematics,
-               "winch_stepper_alloc": WinchKinematics}
+OTHER_KINDS = {"delta_stepper_alloc": "kin_delta.DeltaKinematics",
+               "deltesian_stepper_alloc": "kin_deltesian.DeltesianKinematics",
+               "extruder_stepper_alloc": "kin_extruder.ExtruderKinematics",
+               "rotary_delta_stepper_alloc":
+                   "kin_rotary_delta.RotaryDeltaKinematics",
+               "winch_stepper_alloc": "kin_winch.WinchKinematics"}
 # Printer objects that every stepper of the config is shown to
 REGISTRIES = ("stepper_enable", "force_move", "motion_report")
 
@@ -60,7 +58,7 @@ def make_kinematics(kind, *params):
     Raises ConfigError for a name or a parameter that is not known.
     """
     if kind in OTHER_KINDS:
-        return OTHER_KINDS[kind](*params)
+        return load_kinematics(OTHER_KINDS[kind])(*params)
     variants = VARIANTS.get(kind)
     if variants is None:
         raise ConfigError("There are no kinematics '%s', only %s" % (
@@ -70,7 +68,15 @@ def make_kinematics(kind, *params):
         raise ConfigError("Kinematics '%s' have no '%s', only %s" % (
             kind, variant, ", ".join(sorted(variants))))
     chosen = variants[variant]
-    return LinearKinematics(*chosen) if isinstance(chosen, tuple) else chosen()
+    if isinstance(chosen, tuple):
+        return LinearKinematics(*chosen)
+    return load_kinematics(chosen)()
+
+
+def load_kinematics(name):
+    """A class of klippy_ext by its module and name."""
+    module, _, name = name.partition(".")
+    return getattr(importlib.import_module("klippy_ext." + module), name)
 
 
 def wrap_pointer(value, wrapper):

@@ -2,15 +2,15 @@
 """What is told about the machine and the software: cpu, version, stale builds."""
 
 import os
-import pathlib
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 
 
 def get_cpu_info():
     """Text with the number of cores and the cpu's model."""
     try:
-        text = pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8")
+        with open("/proc/cpuinfo", encoding="utf-8") as source:
+            text = source.read()
     except OSError:
         return "?"
     fields = {}
@@ -23,12 +23,12 @@ def get_cpu_info():
 
 def get_version():
     """Version in the shape of git-describe; that of the package without git."""
-    if not (ROOT / ".git").exists():
+    if not os.path.exists(os.path.join(ROOT, ".git")):
         return read_package_version()
     import subprocess
     try:
         result = subprocess.run(
-            ["git", "-C", str(ROOT), "describe", "--always", "--tags", "--long",
+            ["git", "-C", ROOT, "describe", "--always", "--tags", "--long",
              "--dirty"], capture_output=True, text=True, timeout=5, check=False)
         if result.returncode == 0:
             return _shape(result.stdout.strip())
@@ -46,9 +46,10 @@ def _shape(described):
 
 def read_package_version():
     """The version of the source tree or of the installed package."""
-    path = ROOT / "VERSION"
-    if path.exists():
-        return path.read_text(encoding="utf-8").strip()
+    path = os.path.join(ROOT, "VERSION")
+    if os.path.exists(path):
+        with open(path, encoding="utf-8") as source:
+            return source.read().strip()
     from importlib import metadata
     try:
         return metadata.version("klippy-host")
@@ -62,11 +63,11 @@ def find_stale_modules(folder=None):
     Of an installed package nobody edits the files, and their times say only in
     which order they were unpacked.
     """
-    is_installed = folder is None and not (ROOT / "setup.py").exists()
+    is_installed = folder is None and not os.path.exists(os.path.join(ROOT, "setup.py"))
     if is_installed or os.environ.get("KLIPPY_PURE") == "1":
         return []
     stale = []
-    for where, _, names in os.walk(folder or ROOT / "klippy"):
+    for where, _, names in os.walk(folder or os.path.join(ROOT, "klippy")):
         for name in names:
             if name.endswith(".so"):
                 source = os.path.join(where, name.partition(".")[0] + ".py")

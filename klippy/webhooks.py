@@ -8,11 +8,9 @@ objects in api_objects.py.
 
 import logging
 import os
-import pathlib
-import socket
 import sys
 
-from klippy import api_objects, api_socket
+from klippy import api_objects, api_socket, sysinfo
 from klippy.api_encoding import PushTemplate, encode_json
 from klippy.errors import PrinterError, describe
 
@@ -238,10 +236,9 @@ class WebHooks:
         if client_info is not None:
             web_request.get_client_connection().note_client_info(client_info)
         message, state = self.printer.get_state_message()
-        root = pathlib.Path(__file__).resolve().parent.parent
         answer = {
             "state": state, "state_message": message,
-            "hostname": socket.gethostname(), "klipper_path": str(root),
+            "hostname": os.uname().nodename, "klipper_path": sysinfo.ROOT,
             "python_path": sys.executable, "process_id": os.getpid(),
             "user_id": os.getuid(), "group_id": os.getgid(), "app": "Klipper",
             "errors": []}

@@ -8,6 +8,7 @@ that do not start with a sub-command are those of `run`.
 
 import argparse
 import errno
+import gc
 import importlib
 import os
 import sys
@@ -20,7 +21,11 @@ def find_command(name):
     """The module of a sub-command, None if there is none of that name."""
     if name not in list_names():
         return None
-    module = importlib.import_module("klippy.cli." + name.replace("-", "_"))
+    gc.disable()            # nothing that an import makes is garbage
+    try:
+        module = importlib.import_module("klippy.cli." + name.replace("-", "_"))
+    finally:
+        gc.enable()
     return module if hasattr(module, "add_arguments") else None
 
 

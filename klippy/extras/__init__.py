@@ -5,12 +5,12 @@ The files are grouped in folders but share one flat namespace; a file that lies
 directly in this folder wins over a grouped one of the same name.
 """
 
-import pathlib
+import os
 
 GROUPS = (
     "boards", "printing", "heating", "filament", "system", "sampling",
     "thermometry", "panels", "motion", "drivers", "outputs", "probing",
     "vibration", "home", "leveling", "cooling", "lights")
 
-BUILTIN_PATHS = [str(pathlib.Path(__file__).parent / group) for group in GROUPS]
+BUILTIN_PATHS = [os.path.join(os.path.dirname(__file__), group) for group in GROUPS]
 __path__.extend(path for path in BUILTIN_PATHS if path not in __path__)

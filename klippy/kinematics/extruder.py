@@ -5,12 +5,12 @@ Filament is in mm, speeds in mm/s.  The drive (ExtruderStepper) leads the
 filament by pressure advance; see docs/internals/motion.md.
 """
 
-import dataclasses
 import math
 
 from klippy import motionqueue, stepper
 from klippy.errors import CommandError
 from klippy.kinematics.pressure_advance import PressureAdvance
+from klippy.record import replace
 from klippy.toolhead import NoExtruder
 from klippy_ext.kin_extruder import ExtruderKinematics
 from klippy_ext.trapq import TrapMove
@@ -100,7 +100,7 @@ class ExtruderStepper:
 
     def set_pressure_advance(self, pressure_advance, smooth_time):
         """Lead the moves to come by pressure_advance s, averaged over smooth_time."""
-        self._use(dataclasses.replace(self.settings, advance=pressure_advance,
+        self._use(replace(self.settings, advance=pressure_advance,
                                       smooth_time=smooth_time))
 
     def _use(self, settings):

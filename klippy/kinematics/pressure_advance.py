@@ -5,8 +5,7 @@ See docs/motion_features.md for the models, klippy_ext/csrc/kin_extruder.h for
 how they become positions.
 """
 
-import dataclasses
-
+from klippy.record import record
 from klippy_ext.kin_extruder import MODELS
 
 MAX_SMOOTH_TIME = 0.200
@@ -15,7 +14,7 @@ MAX_TIME_OFFSET = 0.200
 MODEL_NAMES = {**{name: name for name in MODELS}, "reciprocal": "recipr"}
 
 
-@dataclasses.dataclass(frozen=True)
+@record(frozen=True)
 class PressureAdvance:
     """How the drive leads the filament.
 

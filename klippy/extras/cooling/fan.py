@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fans: the pwm output with kick start, and [fan] with M106 and M107."""
-from dataclasses import dataclass
 
 from klippy.extras import request_queue, tachometer
+from klippy.record import record
 
 FAN_MIN_TIME = request_queue.PIN_MIN_TIME
 # A change of speed by more than this gets a kick start.
 KICK_START_CHANGE = 0.5
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class FanOptions:
     """Options common to every kind of fan section."""
 

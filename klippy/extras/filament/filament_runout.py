@@ -4,10 +4,11 @@
 A runout counts while something prints, an insertion while nothing does.  Sensors tell
 note_filament_present(); everything else happens here.
 """
+
 import logging
-from dataclasses import dataclass
 
 from klippy.errors import CommandError
+from klippy.record import record
 
 # Sensors settle so long after the start (s)
 START_DELAY = 2.0
@@ -15,7 +16,7 @@ START_DELAY = 2.0
 DISTANCE_PERIOD = 0.1
 
 
-@dataclass
+@record
 class RunoutOptions:
     """Options that SET_FILAMENT_SENSOR can change; mm."""
 

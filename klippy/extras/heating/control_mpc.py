@@ -10,7 +10,6 @@ will be when that power acts.
 """
 import math
 
-from klippy.extras import mpc_calibrate, mpc_set
 from klippy.extras.heater_surroundings import HeaterSurroundings
 from klippy.extras.mpc_options import FilamentTraits, MpcParameters, MpcTuning
 from klippy.extras.thermal_model import (
@@ -59,6 +58,7 @@ class ControlMPC:
         self.duty = self.last_power = 0.0
         self.pending = []                # (print_time, duty) to come
         self.apply_parameters(self.parameters)
+        from klippy.extras import mpc_calibrate, mpc_set
         mpc_calibrate.MpcCalibrate(config, heater, self)
         mpc_set.MpcSet(config, heater, self)
 

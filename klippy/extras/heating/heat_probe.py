@@ -18,8 +18,10 @@ likelihood ratios of a live and a dead sensor decides, however long that takes w
 the noise there is.
 Source: docs/internals/heating.md, "Probing".
 """
+
 import math
-from dataclasses import dataclass
+
+from klippy.record import record
 
 # Faults that update() returns
 NONE, DEAD = 0, 5
@@ -46,7 +48,7 @@ FORGET_MEAN, LEAST_MEAN = 0.1, 0.2
 SAME_READINGS = 60
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class ProbeTraits:
     """s of half a wave, until its bump shows, between probes."""
 

@@ -7,7 +7,8 @@ the size of.  Two points are kept, (degC, degC/s) of the steepest and of the las
 rise, and a line through them.  Without power whatever is much warmer than a room
 gets colder.  What a reading lacks is summed up.
 """
-from dataclasses import dataclass
+
+from klippy.record import record
 
 # Faults that update() returns
 NONE, TOO_WARM, TOO_COLD = 0, 1, 2
@@ -26,7 +27,7 @@ NEW_STRETCH = 2.0
 WARM_AIR = 45.0
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class StallTraits:
     """lag: s until power shows.  window: s of one slope.  fast, slow: s, time
     constants of the fastest and the slowest heater.  limits: degC that a climb

@@ -13,8 +13,10 @@ losses comes the fastest rise that is possible, from the lowest duty and the
 most losses the slowest.  What a reading rises beyond the one, or lacks to the
 other, is summed up and may sink back to 0; a sum above its limit is a fault.
 """
+
 import array
-from dataclasses import dataclass
+
+from klippy.record import record
 
 # Faults that update() returns
 NONE, TOO_WARM, TOO_COLD, NO_ANSWER, JUMPS = range(5)
@@ -60,7 +62,7 @@ JUMP, MAX_JUMPS, JUMP_TIME = 8.0, 8.0, 15.0
 MAX_GAP = 4.0
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class WatchTraits:
     """What kind of heater it is.
 

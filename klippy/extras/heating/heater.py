@@ -4,10 +4,11 @@
 Readings arrive on the mcu response thread; targets are set and read on
 the main thread.  Both hold `lock` while they touch shared fields.
 """
+
 import threading
-from dataclasses import dataclass
 
 from klippy.extras import control_mpc, control_pid, control_watermark
+from klippy.record import record
 
 ABSOLUTE_ZERO = -273.15
 # The mcu turns a heater off by itself this long after the last update.
@@ -28,7 +29,7 @@ CONTROLS = {"watermark": control_watermark.ControlBangBang,
             "mpc": control_mpc.ControlMPC}
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class HeaterLimits:
     """Options of a heater that never change (degC, fraction, s)."""
 

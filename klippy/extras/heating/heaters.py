@@ -6,7 +6,7 @@ from klippy.extras.heater import Heater
 
 __all__ = ["Heater", "PrinterHeaters"]
 
-# Modules that bring sensor types, loaded when the first sensor is.
+# Modules that bring sensor types, loaded in turn until one has the type wanted.
 SENSOR_MODULES = (
     "thermistor", "adc_temperature", "spi_temperature", "bme280", "htu21d",
     "lm75", "sht3x", "aht10", "ds18b20", "temperature_host",
@@ -34,7 +34,7 @@ class PrinterHeaters:
         self.available_sensors = []
         self.available_monitors = []
         self.has_started = False
-        self.are_sensors_loaded = False
+        self.sensor_modules = list(SENSOR_MODULES)      # not loaded yet
         self._register()
 
     def _register(self):
@@ -60,11 +60,9 @@ class PrinterHeaters:
         """Make sensor_factory(config) build sensors of sensor_type."""
         self.sensor_factories[sensor_type] = sensor_factory
 
-    def _load_sensors(self, config):
-        if self.are_sensors_loaded:
-            return
-        self.are_sensors_loaded = True
-        for name in SENSOR_MODULES:
+    def _load_sensors(self, config, sensor_type):
+        while self.sensor_modules and sensor_type not in self.sensor_factories:
+            name = self.sensor_modules.pop(0)
             if importlib.util.find_spec("klippy.extras." + name) is not None:
                 self.printer.load_object(config, name)
 
@@ -76,8 +74,8 @@ class PrinterHeaters:
 
     def setup_sensor(self, config):
         """Sensor object for a section with a sensor_type option."""
-        self._load_sensors(config)
         sensor_type = config.get("sensor_type")
+        self._load_sensors(config, sensor_type)
         if sensor_type not in self.sensor_factories:
             self._load_custom_sensor(config, sensor_type)
         factory = self.sensor_factories.get(sensor_type)

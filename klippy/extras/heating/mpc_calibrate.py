@@ -6,11 +6,12 @@ once for each speed of the fan.  Rest, climb and first hold are a record in
 which the parameters are found (mpc_fit); each hold gives the transfer at its
 fan speed by the balance of its energy.
 """
+
 import logging
-from dataclasses import dataclass
 
 from klippy.extras import mpc_fit
 from klippy.extras.mpc_options import MpcParameters, calc_fan_share
+from klippy.record import record
 
 BED_TARGET, OTHER_TARGET, MIN_TARGET = 90.0, 200.0, 60.0
 # The target stays so far below max_temp (degC)
@@ -24,7 +25,7 @@ HOLD_SHARE, MIN_HOLD, MAX_HOLD = 0.3, 30.0, 300.0
 MAX_ERROR = 0.03
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Plan:
     """Parameters of one run: degC, s."""
 

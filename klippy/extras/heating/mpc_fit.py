@@ -6,10 +6,11 @@ until its sensor shows the temperatures of the record, with least squares
 (Levenberg and Marquardt's method, derivatives by differences).  Capacity, lag
 and transfer are searched by their logarithms: they are all above 0.
 """
+
 import math
-from dataclasses import dataclass
 
 from klippy.extras.thermal_model import ThermalModel
+from klippy.record import record
 
 MAX_ROUNDS = 60
 # The search ends when a round betters the error by less than this share
@@ -18,7 +19,7 @@ DIFFERENCE = 1e-4
 FIRST_DAMPING, MAX_DAMPING = 1e-3, 1e9
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Fit:
     """J/K, 1/s, W/K, degC, and the remaining error (degC, rms)."""
 

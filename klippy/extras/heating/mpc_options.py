@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Options of `control: mpc`."""
-from dataclasses import dataclass
+
+from klippy.record import record
 
 FILAMENT_SOURCES = ("ambient", "sensor")
 
@@ -28,7 +29,7 @@ def parse_transfers(text):
     return calc_fan_share(values)
 
 
-@dataclass
+@record
 class MpcParameters:
     """What is measured by MPC_CALIBRATE; None: not yet.
 
@@ -75,7 +76,7 @@ class MpcParameters:
         return options
 
 
-@dataclass
+@record
 class FilamentTraits:
     """mm, g/cm^3, J/g/K, and where its temperature comes from."""
 
@@ -113,7 +114,7 @@ class FilamentTraits:
                 % (config.get_name(), text)) from e
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class MpcTuning:
     """How the control behaves: W, s, share a second, K/s, K/s, mm."""
 

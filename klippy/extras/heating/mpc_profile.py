@@ -1,20 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A [pid_profile] with `control: mpc`: other values for a heater's model."""
-from dataclasses import dataclass
-from typing import ClassVar
 
 from klippy.extras.control_mpc import ControlMPC
 from klippy.extras.mpc_options import FilamentTraits, MpcParameters, MpcTuning
+from klippy.record import record
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class MpcProfile:
     """What control_mpc works by, but for the sections it looks at.
 
     fan_name, sensor_name: as the heater has them; None: not told.
     """
 
-    control: ClassVar[str] = "mpc"
+    control = "mpc"
     parameters: MpcParameters
     filament: FilamentTraits
     tuning: MpcTuning

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """MPC_SET: other values for a heater under `control: mpc`, until restart."""
-import dataclasses
 
 from klippy.extras.mpc_options import parse_filament_temp, parse_transfers
+from klippy.record import replace
 
 FILAMENT = {"FILAMENT_DIAMETER": "diameter", "FILAMENT_DENSITY": "density",
             "FILAMENT_HEAT_CAPACITY": "heat_capacity"}
@@ -42,7 +42,7 @@ class MpcSet:
         if changes.get("temp_source") == "sensor" and not has_sensor:
             raise gcmd.error("FILAMENT_TEMP=SENSOR needs an ambient_temp_sensor in"
                              " section '%s'" % (self.heater.name,))
-        return dataclasses.replace(now, **changes)
+        return replace(now, **changes)
 
     def _read_parameters(self, gcmd):
         now = self.control.parameters
@@ -55,7 +55,7 @@ class MpcSet:
             changes["fan_transfers"] = self._parse(
                 gcmd, "FAN_AMBIENT_TRANSFER", text, parse_transfers,
                 "numbers from 0 on with commas between them")
-        return dataclasses.replace(now, **changes)
+        return replace(now, **changes)
 
     def _parse(self, gcmd, name, text, parse, what):
         try:

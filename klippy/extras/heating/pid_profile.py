@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """[pid_profile <heater> <name>]: a control that PID_PROFILE loads into a heater."""
-from dataclasses import dataclass
 
 from klippy.extras.control_pid import OPTIONS, ControlPID
 from klippy.extras.control_watermark import DEFAULT_DELTA, ControlBangBang
 from klippy.extras.mpc_profile import MpcProfile
+from klippy.record import record
 
 PID_VERSION = 1
 # Kinds that SET_VALUES can make, and those of sections
@@ -12,7 +12,7 @@ KINDS = ("pid", "watermark")
 SECTION_KINDS = (*KINDS, "mpc")
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Profile:
     """One profile.
 

@@ -3,7 +3,6 @@
 
 The profile "default" is what the heater's own section says.
 """
-import dataclasses
 
 from klippy.extras.control_mpc import ControlMPC
 from klippy.extras.control_pid import OPTIONS, ControlPID
@@ -11,6 +10,7 @@ from klippy.extras.control_watermark import DEFAULT_DELTA, ControlBangBang
 from klippy.extras.mpc_profile import MpcProfile
 from klippy.extras.pid_profile import KINDS, PID_VERSION, SECTION_KINDS, Profile
 from klippy.gcode_command import REQUIRED
+from klippy.record import replace
 
 DEFAULT = "default"
 VERBOSITY = ("none", "low", "high")
@@ -135,7 +135,7 @@ class PidProfiles:
         own = profiles.known[DEFAULT]
         if own.control != "mpc":            # the section was made a pid's meanwhile
             own = MpcProfile.from_control(profiles.own_control)
-        profiles.known[DEFAULT] = dataclasses.replace(own, parameters=parameters)
+        profiles.known[DEFAULT] = replace(own, parameters=parameters)
 
     def get_loaded(self, heater_name):
         """Name of the profile that a heater works by."""

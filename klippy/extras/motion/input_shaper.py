@@ -5,7 +5,7 @@ The steppers of the tool head follow the plan averaged over a little time, each
 axis in its own way.  See docs/input_shaping.md.
 """
 
-from typing import NamedTuple
+from collections import namedtuple
 
 from klippy.errors import CommandError
 from klippy.extras import shaper_defs, shaper_kernels
@@ -18,11 +18,10 @@ DEFAULT_DAMPING = 0.1
 NAMES = (*shaper_defs.FAMILIES, *shaper_kernels.DESIGNS)
 
 
-class AxisSetting(NamedTuple):
+class AxisSetting(namedtuple("AxisSetting", (
+        "shaper_type", "shaper_freq", "damping_ratio"))):
     """One axis: shaper_freq in Hz, 0 for none."""
-    shaper_type: str
-    shaper_freq: float
-    damping_ratio: float
+    __slots__ = ()
 
     def find_fault(self):
         """What is wrong with the setting, or None."""

@@ -6,7 +6,7 @@ docs/input_shaping.md for the formulas and where they come from.
 """
 
 import math
-from typing import NamedTuple
+from collections import namedtuple
 
 # Residual vibration that the EI shapers allow at their frequency
 TOLERATED = 0.05
@@ -16,17 +16,17 @@ HALF_PERIOD = 0.5
 MZV_STEP = 0.375
 
 
-class Shaper(NamedTuple):
+class Shaper(namedtuple("Shaper", ("weights", "delays"))):
     """Weights and delays (s) of impulses; the mean of the delays is 0."""
-    weights: tuple
-    delays: tuple
+    __slots__ = ()
 
 
-class Family(NamedTuple):
+class Family(namedtuple("Family", (
+        "calc",
+        "step",                 # between impulses, periods
+        "max_damping"))):
     """calc(decay a step, share of tolerated vibration) -> raw weights."""
-    calc: object
-    step: float                 # between impulses, periods
-    max_damping: float
+    __slots__ = ()
 
 
 def _zv(k, v):

@@ -10,7 +10,7 @@ of frequencies and is smoothest.  See docs/input_shaping.md.
 import cmath
 import functools
 import math
-from typing import NamedTuple
+from collections import namedtuple
 
 # Nodes of Simpson's rule over the kernel: an even number of parts
 PARTS = 600
@@ -18,18 +18,18 @@ PARTS = 600
 BAND_POINTS = 9
 
 
-class Kernel(NamedTuple):
+class Kernel(namedtuple("Kernel", ("coeffs", "half"))):
     """Coefficients by power of u, and half the width (s)."""
-    coeffs: tuple
-    half: float
+    __slots__ = ()
 
 
-class Design(NamedTuple):
+class Design(namedtuple("Design", (
+        "width",                # periods of the resonance
+        "band",                 # either side, share of the frequency
+        "n_free",               # coefficients to choose
+        "roughness"))):         # weight of the mean square of the slope
     """What a smooth shaper is made for."""
-    width: float                # periods of the resonance
-    band: float                 # either side, share of the frequency
-    n_free: int                 # coefficients to choose
-    roughness: float            # weight of the mean square of the slope
+    __slots__ = ()
 
 
 DESIGNS = {

@@ -6,18 +6,16 @@ machine makes it; the transform takes it back.  See docs/motion_features.md.
 """
 
 import math
-from typing import NamedTuple
+from collections import namedtuple
 
 from klippy.errors import CommandError
 
 PLANES = ("XY", "XZ", "YZ")
 
 
-class Skew(NamedTuple):
+class Skew(namedtuple("Skew", ("xy", "xz", "yz"), defaults=(0., 0., 0.))):
     """Factors of the planes; no unit."""
-    xy: float = 0.
-    xz: float = 0.
-    yz: float = 0.
+    __slots__ = ()
 
     def correct(self, position):
         """Where to send the head so that it gets to a position."""

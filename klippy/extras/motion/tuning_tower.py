@@ -5,24 +5,20 @@ The height is that of the G-code, looked at whenever filament is laid down.
 """
 
 import math
-from typing import NamedTuple
+from collections import namedtuple
 
 # A print that starts this far (mm) below what was printed is another one
 RESTART_DROP = 2.
 
 
-class Tower(NamedTuple):
+class Tower(namedtuple("Tower", (
+        "start", "factor", "band", "step_delta", "step_height", "skip"))):
     """What the parameter is at a height; all heights in mm.
 
     Steps of step_delta every step_height, else `factor` a mm; within bands of
     a height it stays what it is in their middle.
     """
-    start: float
-    factor: float
-    band: float
-    step_delta: float
-    step_height: float
-    skip: float
+    __slots__ = ()
 
     def calc_value(self, z):
         """Value of the parameter at a height z."""

@@ -7,11 +7,11 @@ that finds the same text, with the same Jinja2 and Python, trusts it.  Without
 the file all are checked again.
 """
 
-import importlib.util
 import json
 import logging
 import os
 import sys
+from importlib.machinery import PathFinder
 
 
 def find_folder():
@@ -22,7 +22,7 @@ def find_folder():
 
 def describe_checker():
     """Text that changes whenever a check might give another result."""
-    spec = importlib.util.find_spec("jinja2")
+    spec = PathFinder.find_spec("jinja2")
     if spec is None:
         return ""
     folder = os.path.dirname(spec.origin)

@@ -5,10 +5,10 @@ Each family's sensor gives a voltage that is a straight line over the temperatur
 those of the SAM D51 are two (twin_sensor.py).
 Where the maker has measured the chip, the firmware reads the values from its memory.
 """
-from dataclasses import dataclass
 
 from klippy import mcu as mcu_module
 from klippy.extras import adc_temperature, twin_sensor
+from klippy.record import record
 
 PIN = "ADC_TEMPERATURE"
 READ_16 = 1
@@ -17,7 +17,7 @@ GIVE_POINTS = ("give sensor_temperature1, sensor_adc1, sensor_temperature2 and"
                " sensor_adc2")
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Typical:
     """Volts at a temperature in degC, and V/K, from the data sheet's table."""
 
@@ -26,7 +26,7 @@ class Typical:
     slope: float
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Measured:
     """Addresses of two readings that the maker took, and at what: degC, V.
 

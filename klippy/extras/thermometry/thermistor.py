@@ -5,10 +5,11 @@ A thermistor is the lower leg of a divider between the ADC's reference
 and ground; pullup_resistor is the upper leg and inline_resistor sits in
 series with the thermistor.  Curve: 1/T = a + b*ln(R) + c*ln(R)^3.
 """
+
 import math
-from dataclasses import dataclass
 
 from klippy.extras import adc_temperature
+from klippy.record import record
 
 ZERO_CELSIUS = 273.15
 OPEN_OR_SHORT = 1e-5
@@ -37,7 +38,7 @@ BUILT_IN = {
 MAX_LOG_R = 600.0
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Curve:
     """Coefficients of 1/T = a + b*ln(R) + c*ln(R)^3 (K, ohm)."""
 
