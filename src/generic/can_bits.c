@@ -5,38 +5,15 @@
  * next one, what is sent after it.  So answers are never late, however long
  * they take to compute: a bit's time.
  */
-#include <string.h>
+#include <stddef.h>
 
-#include "generic/can_bits.h"
+#include "generic/can_bits_rings.h"
 
-enum { CRC_POLYNOMIAL = 0x4599, PASSIVE_AT = 128, WARN_AT = 96, OFF_AT = 256 };
-enum { RX_COUNT = 16, TX_COUNT = 4 };
-/* Bits of a frame with their stuffing, delimiter included: 118 that may get one
- * in four */
-enum { MAX_BITS = 118 + 29 + 1 };
-
-/* A bit to send.  Words are those for the bit that follows, while a node is
- * active, and while it is passive. */
-#define BIT_LEVEL 1u
-#define BIT_ACTIVE_SHIFT 1
-#define BIT_PASSIVE_SHIFT 4
-#define BIT_MAY_LOSE 0x80u
 /* What is left to do: a level that belongs to a field is to be added to it; a
  * frame was received, or sent */
 #define PENDING 2u
 #define PENDING_FRAME 4u
 #define PENDING_SENT 8u
-
-struct tx_slot { uint8_t bits[MAX_BITS + 1]; }; /* 0 ends them */
-/* The fields of a frame as they came */
-struct rx_slot { uint32_t head, extension, len, is_remote, data[2]; };
-
-static struct tx_slot tx_ring[TX_COUNT];
-static volatile uint32_t tx_put, tx_got;
-/* the slot behind those that wait is being filled */
-static struct rx_slot rx_ring[RX_COUNT];
-static volatile uint32_t rx_put, rx_got;
-static volatile uint32_t filter_id = CAN_ID_ADMIN;
 
 static struct {
     uint32_t (*take)(uint32_t level);
@@ -54,10 +31,7 @@ static struct {
     uint32_t data_bits, n_field;
 } bus;
 
-static volatile struct {
-    uint32_t rx_error, tx_error, retries, rec, tec;
-    bool is_off;
-} counts;
+volatile struct can_bits_counts can_bits__counts;
 
 static uint32_t take_stuffed(uint32_t level);
 static uint32_t take_own_bit(uint32_t level);
@@ -69,35 +43,36 @@ static uint32_t take_pause(uint32_t level);
 
 static void update_level(void)
 {
-    bus.err_level = counts.tec >= PASSIVE_AT || counts.rec >= PASSIVE_AT;
+    bus.err_level = can_bits__counts.tec >= PASSIVE_AT
+        || can_bits__counts.rec >= PASSIVE_AT;
     bus.word_shift = bus.err_level ? BIT_PASSIVE_SHIFT : BIT_ACTIVE_SHIFT;
 }
 
 static void note_bad(uint32_t points)
 {
     if (bus.is_sender) {
-        counts.tec += points;
+        can_bits__counts.tec += points;
     } else {
-        counts.rec += points;
-        if (counts.rec > 255)
-            counts.rec = 255;
+        can_bits__counts.rec += points;
+        if (can_bits__counts.rec > 255)
+            can_bits__counts.rec = 255;
     }
 }
 
 static void note_sent(void)
 {
-    if (counts.tec)
-        counts.tec--;
+    if (can_bits__counts.tec)
+        can_bits__counts.tec--;
     update_level();
 }
 
 static void note_received(void)
 {
-    uint32_t rec = counts.rec;
+    uint32_t rec = can_bits__counts.rec;
 
     if (!rec)
         return;
-    counts.rec = rec >= PASSIVE_AT ? PASSIVE_AT - 8 : rec - 1;
+    can_bits__counts.rec = rec >= PASSIVE_AT ? PASSIVE_AT - 8 : rec - 1;
     update_level();
 }
 
@@ -113,9 +88,9 @@ static uint32_t take_integration(uint32_t level)
     else if (++bus.run == 11) {
         bus.run = 0;
         if (--bus.left == 0) {
-            if (counts.is_off) {
-                counts.tec = counts.rec = 0;
-                counts.is_off = false;
+            if (can_bits__counts.is_off) {
+                can_bits__counts.tec = can_bits__counts.rec = 0;
+                can_bits__counts.is_off = false;
                 update_level();
             }
             bus.is_sender = false;
@@ -131,7 +106,7 @@ static uint32_t take_integration(uint32_t level)
 static uint32_t begin_integration(uint32_t times)
 {
     bus.take = take_integration;
-    bus.slot = &rx_ring[rx_put % RX_COUNT];
+    bus.slot = &can_bits__rings.rx[can_bits__rings.rx_put % RX_COUNT];
     update_level();
     bus.is_idle = false;
     bus.run = 0;
@@ -144,9 +119,9 @@ static uint32_t begin_integration(uint32_t times)
  * a frame of ours begins after it, or joins one that begins with it. */
 static uint32_t prepare_start(void)
 {
-    if (tx_got == tx_put)
+    if (can_bits__rings.tx_got == can_bits__rings.tx_put)
         return CAN_WORD_IDLE;
-    bus.tx = tx_ring[tx_got % TX_COUNT].bits;
+    bus.tx = can_bits__rings.tx[can_bits__rings.tx_got % TX_COUNT].bits;
     return CAN_WORD(0, bus.tx[1] & BIT_LEVEL);
 }
 
@@ -236,7 +211,7 @@ static uint32_t begin_pause(void)
 {
     update_level();
     bus.take = take_pause;
-    bus.slot = &rx_ring[rx_put % RX_COUNT];
+    bus.slot = &can_bits__rings.rx[can_bits__rings.rx_put % RX_COUNT];
     bus.left = bus.is_sender && bus.err_level ? 11 : 3;
     bus.n_dominant = 2;
     bus.tx = NULL;
@@ -245,9 +220,9 @@ static uint32_t begin_pause(void)
 
 bool can_bits_start(uint32_t *word)
 {
-    if (!bus.is_idle || tx_got == tx_put)
+    if (!bus.is_idle || can_bits__rings.tx_got == can_bits__rings.tx_put)
         return false;
-    bus.tx = tx_ring[tx_got % TX_COUNT].bits;
+    bus.tx = can_bits__rings.tx[can_bits__rings.tx_got % TX_COUNT].bits;
     bus.take = take_own_start;
     bus.is_idle = false;
     bus.expected = bus.tx[0];
@@ -283,8 +258,8 @@ static uint32_t take_superposition(uint32_t level)
     if (bus.n_dominant % 8 == 0
         || (bus.n_dominant == 1 && !bus.is_sender && !bus.is_overload))
         note_bad(8);
-    if (counts.tec >= OFF_AT) {
-        counts.is_off = true;
+    if (can_bits__counts.tec >= OFF_AT) {
+        can_bits__counts.is_off = true;
         return begin_integration(128);
     }
     return CAN_WORD_REST;
@@ -302,8 +277,8 @@ static uint32_t take_active_flag(uint32_t level)
 {
     if (level)
         note_bad(8);
-    if (counts.tec >= OFF_AT) {
-        counts.is_off = true;
+    if (can_bits__counts.tec >= OFF_AT) {
+        can_bits__counts.is_off = true;
         return begin_integration(128);
     }
     if (--bus.left == 0)
@@ -355,16 +330,16 @@ static uint32_t begin_error(bool is_harmless)
 
     bus.is_overload = false;
     if (bus.is_sender) {
-        counts.tx_error++;
-        counts.retries++;
+        can_bits__counts.tx_error++;
+        can_bits__counts.retries++;
     } else {
-        counts.rx_error++;
+        can_bits__counts.rx_error++;
     }
     bus.is_good = is_harmless && !is_active;
     if (!bus.is_good)
         note_bad(bus.is_sender ? 8 : 1);
-    if (counts.tec >= OFF_AT) {
-        counts.is_off = true;
+    if (can_bits__counts.tec >= OFF_AT) {
+        can_bits__counts.is_off = true;
         return begin_integration(128);
     }
     return begin_flag(is_active);
@@ -379,29 +354,30 @@ static bool is_wanted(uint32_t head)
     uint32_t id = head >> 2;
 
     return CONFIG_USBCANBUS
-        || (!(head & 1) && (id == CAN_ID_ADMIN || id == filter_id));
+        || (!(head & 1)
+            && (id == CAN_ID_ADMIN || id == can_bits__rings.filter_id));
 }
 
 static void deliver(void)
 {
-    uint32_t put = rx_put;
+    uint32_t put = can_bits__rings.rx_put;
 
     note_received();
     if (!is_wanted(bus.slot->head))
         return;
-    if (put - rx_got == RX_COUNT - 1) {
-        counts.rx_error++;
+    if (put - can_bits__rings.rx_got == RX_COUNT - 1) {
+        can_bits__counts.rx_error++;
         return;
     }
     __atomic_thread_fence(__ATOMIC_RELEASE);
-    rx_put = put + 1;
+    can_bits__rings.rx_put = put + 1;
     can_bits_tell();
 }
 
 static void finish_sending(void)
 {
     note_sent();
-    tx_got = tx_got + 1;
+    can_bits__rings.tx_got = can_bits__rings.tx_got + 1;
     can_bits_tell();
 }
 
@@ -644,137 +620,4 @@ bool can_bits_settle(void)
     if (--bus.left == 0 && bus.end_field)
         bus.end_field();
     return false;
-}
-
-/*
- * The other core
- */
-
-struct writer {
-    uint8_t *next;
-    uint32_t crc, last, run;
-    uint8_t flags;
-};
-
-static void put_level(struct writer *w, uint32_t level)
-{
-    w->run = level == w->last ? w->run + 1 : 1;
-    w->last = level;
-    *w->next++ = (uint8_t)(level | w->flags);
-}
-
-static void put_bits(struct writer *w, uint32_t value, uint32_t count)
-{
-    while (count--) {
-        uint32_t level = value >> count & 1;
-
-        w->crc = ((w->crc << 1)
-                  ^ ((w->crc >> 14 ^ level) & 1 ? CRC_POLYNOMIAL : 0)) & 0x7fff;
-        put_level(w, level);
-        if (w->run == 5)
-            put_level(w, !level);
-    }
-}
-
-/* Each bit gets the words that say what follows it: the next bit; or, if it
- * is read as another, an error, or nothing more. */
-static void add_words(uint8_t *bits, uint8_t *end)
-{
-    for (; bits < end; bits++) {
-        uint32_t level = *bits & BIT_LEVEL, is_last = bits + 1 == end;
-        uint32_t next = is_last ? 1 : bits[1] & BIT_LEVEL;
-        uint32_t may_lose = (*bits & BIT_MAY_LOSE) != 0, active, passive;
-
-        active = level ? CAN_WORD(next, may_lose) : CAN_WORD(0, next);
-        passive = level ? CAN_WORD(next, 1) : CAN_WORD(1, next);
-        *bits = (uint8_t)(*bits | active << 1 | passive << 4);
-    }
-}
-
-bool can_bits_send(const struct can_frame *frame)
-{
-    uint32_t put = tx_put, id = frame->id, i;
-    bool is_remote = id & CAN_REMOTE;
-    uint8_t *bits = tx_ring[put % TX_COUNT].bits;
-    struct writer w = { .next = bits, .last = 2 };
-
-    if (put - tx_got == TX_COUNT)
-        return false;
-    put_bits(&w, 0, 1);
-    w.flags = BIT_MAY_LOSE;
-    if (id & CAN_EXTENDED) {
-        put_bits(&w, (id >> 18 & 0x7ff) << 2 | 3, 13);
-        put_bits(&w, (id & 0x3ffff) << 1 | is_remote, 19);
-        w.flags = 0;
-        put_bits(&w, 0, 2);
-    } else {
-        put_bits(&w, (id & 0x7ff) << 1 | is_remote, 12);
-        w.flags = 0;
-        put_bits(&w, 0, 2);
-    }
-    put_bits(&w, frame->len, 4);
-    for (i = 0; !is_remote && i < frame->len; i++)
-        put_bits(&w, frame->data[i], 8);
-    put_bits(&w, w.crc, 15);
-    put_level(&w, 1);
-    *w.next = 0;
-    add_words(bits, w.next);
-    __atomic_thread_fence(__ATOMIC_RELEASE);
-    tx_put = put + 1;
-    return true;
-}
-
-/* Bytes came first bit first, and a word that is not full is at its end. */
-static void read_bytes(uint8_t *to, uint32_t word, uint32_t count)
-{
-    while (count--) {
-        to[count] = (uint8_t)word;
-        word >>= 8;
-    }
-}
-
-static void read_slot(const struct rx_slot *slot, struct can_frame *frame)
-{
-    uint32_t len = slot->len, first = len < 4 ? len : 4;
-
-    frame->id = slot->head >> 2;
-    if (slot->head & 1)
-        frame->id = CAN_EXTENDED | frame->id << 18 | slot->extension >> 2;
-    frame->len = (uint8_t)len;
-    if (slot->is_remote) {
-        frame->id |= CAN_REMOTE;
-        return;
-    }
-    read_bytes(frame->data, slot->data[0], first);
-    read_bytes(&frame->data[4], slot->data[1], len - first);
-}
-
-bool can_bits_receive(struct can_frame *frame)
-{
-    uint32_t got = rx_got;
-
-    if (got == rx_put)
-        return false;
-    memset(frame, 0, sizeof(*frame));
-    read_slot(&rx_ring[got % RX_COUNT], frame);
-    __atomic_thread_fence(__ATOMIC_RELEASE);
-    rx_got = got + 1;
-    return true;
-}
-
-void can_bits_set_filter(uint16_t id)
-{
-    filter_id = id;
-}
-
-void can_bits_read_status(struct can_status *status)
-{
-    uint32_t rec = counts.rec, tec = counts.tec;
-
-    status->rx_error = counts.rx_error;
-    status->tx_error = counts.tx_error;
-    status->tx_retries = counts.retries;
-    status->state = counts.is_off ? CAN_STATE_OFF
-        : rec >= PASSIVE_AT || tec >= PASSIVE_AT ? CAN_STATE_PASSIVE
-        : rec >= WARN_AT || tec >= WARN_AT ? CAN_STATE_WARN : CAN_STATE_ACTIVE;
 }
