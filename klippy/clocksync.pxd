@@ -12,3 +12,4 @@ cdef class ClockSync:
 cdef class SecondarySync(ClockSync):
     cdef public tuple clock_adj
     cdef public double last_sync_time
+    cdef public bint is_absent

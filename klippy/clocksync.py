@@ -54,6 +54,7 @@ class ClockSync:
     def connect(self, serial):
         """Take first samples of the identified mcu, then keep sampling."""
         self.serial = serial
+        self.pending_count = 0
         self.mcu_freq = serial.msgparser.get_constant_float("CLOCK_FREQ")
         params = serial.send_with_response("get_uptime", "uptime")
         self.last_clock = (params["high"] << 32) | params["clock"]
@@ -192,6 +193,8 @@ class SecondarySync(ClockSync):
         self.last_sync_time = 0.
         # From when on motion has steered last, s of the main mcu
         self.motion_time = 0.
+        # The mcu is away: times are those of the main one
+        self.is_absent = False
 
     def connect(self, serial):
         """As ClockSync.connect(), and start in step with the main mcu."""
@@ -215,6 +218,12 @@ class SecondarySync(ClockSync):
         """Clock (int ticks) of a print_time (s)."""
         offset, freq = self.clock_adj
         return int((print_time + self._main_sync.hold - offset) * freq)
+
+    def estimated_print_time(self, eventtime):
+        """Estimated print_time at an eventtime."""
+        if self.is_absent:
+            return self._main_sync.estimated_print_time(eventtime)
+        return super().estimated_print_time(eventtime)
 
     def clock_to_print_time(self, clock):
         """print_time (s) of a clock."""

@@ -78,6 +78,9 @@ EVENTS = {
 
 # Names of which only the beginning is fixed
 EVENT_PREFIXES = {
+    "danger:non_critical_mcu_": Event(
+        "an mcu that may be absent is gone (NAME:disconnected) or back and configured"
+        " (NAME:reconnected)"),
     "menu:": Event("a menu was entered or left", ("menu: MenuElement",)),
 }
 

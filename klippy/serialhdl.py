@@ -58,6 +58,10 @@ class SerialReader:
         self._pending = {}
         self._queries = set()
         self._fault_callback = None
+        # For how long (s) to try, and what silence ends one try
+        self.connect_timeout, self.identify_timeout = CONNECT_TIMEOUT, IDENTIFY_TIMEOUT
+        # The dictionary as it came
+        self.dictionary_data = b""
         self._default_handler = self._ignore
         self.register_response(self._handle_unknown, "#unknown")
         self.register_response(self._handle_output, "#output")
@@ -105,9 +109,9 @@ class SerialReader:
         """Connect to an mcu of a VirtualWorld."""
         self._world = world
         self._attach(SerialQueue.open_virtual(world, virtual_mcu.link), None)
-        deadline = self.reactor.monotonic() + CONNECT_TIMEOUT
+        deadline = self.reactor.monotonic() + self.connect_timeout
         while not self._try_identify():
-            if self.reactor.monotonic() > deadline:
+            if self.serialqueue is None or self.reactor.monotonic() > deadline:
                 self.disconnect()
                 raise error("%sthe mcu does not answer" % (self.warn_prefix,))
         self._apply_dictionary()
@@ -129,7 +133,7 @@ class SerialReader:
 
     def _connect(self, open_link, name, prepare=None):
         """Open and identify until it works, or for CONNECT_TIMEOUT."""
-        deadline = self.reactor.monotonic() + CONNECT_TIMEOUT
+        deadline = self.reactor.monotonic() + self.connect_timeout
         reason = None
         while True:
             try:
@@ -143,7 +147,8 @@ class SerialReader:
                 reason = "no answer from the mcu on '%s'" % (name,)
             except error as err:
                 reason = str(err)
-            logging.warning("%s%s", self.warn_prefix, reason)
+            level = logging.WARNING if self.connect_timeout else logging.DEBUG
+            logging.log(level, "%s%s", self.warn_prefix, reason)
             if self.reactor.monotonic() >= deadline:
                 raise error("%sUnable to connect: %s" % (self.warn_prefix, reason))
             self.reactor.pause(self.reactor.monotonic() + OPEN_INTERVAL)
@@ -184,7 +189,7 @@ class SerialReader:
 
         Raises msgproto.error if what came is not a dictionary.
         """
-        deadline = self.reactor.monotonic() + IDENTIFY_TIMEOUT
+        deadline = self.reactor.monotonic() + self.identify_timeout
         data = b""
         last_offset = -1
         while True:
@@ -195,22 +200,24 @@ class SerialReader:
                 if not chunk:
                     break
                 data += chunk
-                deadline = now + IDENTIFY_TIMEOUT
+                deadline = now + self.identify_timeout
                 last_offset = self._note_progress(len(data), last_offset)
-            elif now > deadline:
+            elif now > deadline or self.serialqueue is None:
                 return False
             if len(data) > MAX_DICTIONARY:
                 raise error("%sthe dictionary does not end after %d bytes"
                             % (self.warn_prefix, len(data)))
         self.msgparser = msgproto.MessageParser(warn_prefix=self.warn_prefix)
         self.msgparser.process_identify(data)
+        self.dictionary_data = data
         return True
 
     def _read_identify(self, offset):
         command = self.msgparser.create_command(
             "identify offset=%d count=%d" % (offset, IDENTIFY_CHUNK))
         try:
-            return self.query([command], "identify_response", ack_timeout=1.)
+            return self.query([command], "identify_response",
+                              ack_timeout=min(1., self.identify_timeout))
         except error:
             return None
 
@@ -369,6 +376,9 @@ class SerialReader:
         if self.is_fileoutput:
             self.raw_send(cmd, minclock, reqclock, queue)
             completion.complete((0., 0.))
+            return completion
+        if self.serialqueue is None:
+            completion.complete(None)
             return completion
         with self._lock:
             self._notify_id += 1

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An analog input, sampled by the mcu and reported at fixed times."""
 
+from klippy.mcu import absence
+
 MAX_REPORT_BYTES = 48
 QUERY_FORMATS = (
     "query_analog_in oid=%c clock=%u sample_ticks=%u sample_count=%c rest_ticks=%u"
@@ -26,6 +28,7 @@ class MCU_adc:
         self._callback = None
         self._last_state = (0., 0.)
         mcu.register_config_callback(self._build_config)
+        absence.watch(mcu, self._handle_loss, None)
 
     def get_mcu(self):
         """The MCU of this pin."""
@@ -65,6 +68,9 @@ class MCU_adc:
     def get_last_value(self):
         """The last reading as (value, read_time); read_time is a print_time."""
         return self._last_state
+
+    def _handle_loss(self):
+        self._last_state = (0., 0.)
 
     def _build_config(self):
         if not self._sample_count:

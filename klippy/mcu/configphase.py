@@ -23,6 +23,8 @@ class ConfigPhase:
         self.callbacks = []
         self.config_cmds, self.init_cmds, self.restart_cmds = [], [], []
         self.crc = None
+        # What there was before the callbacks added to it
+        self._start = None
 
     def create_oid(self):
         """Number for a new object of the mcu."""
@@ -41,8 +43,15 @@ class ConfigPhase:
     def build(self, resolver):
         """Run all callbacks and put the commands in their final form.
 
-        resolver: the PinResolver of the mcu.  Sets crc.
+        resolver: the PinResolver of the mcu.  Sets crc.  May be done again, for an
+        mcu that was away.
         """
+        if self._start is None:
+            self._start = (self.oid_count, list(self.callbacks), list(self.config_cmds),
+                           list(self.init_cmds), list(self.restart_cmds))
+        self.oid_count, *lists = self._start
+        self.callbacks, self.config_cmds, self.init_cmds, self.restart_cmds = (
+            list(commands) for commands in lists)
         index = 0
         while index < len(self.callbacks):
             self.callbacks[index]()

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A digital output whose changes are queued on the mcu."""
 
+from klippy.mcu import absence
+
 CONFIG = ("config_digital_out oid=%d pin=%s value=%d default_value=%d"
           " max_duration=%d")
 
@@ -17,7 +19,9 @@ class MCU_digital_out:
         self._last_clock = 0
         self._oid = None
         self._set_cmd = None
+        self._value = None
         mcu.register_config_callback(self._build_config)
+        absence.watch(mcu, None, self._handle_return)
 
     def get_mcu(self):
         """The MCU of this pin."""
@@ -34,13 +38,22 @@ class MCU_digital_out:
 
     def set_digital(self, print_time, value):
         """Change the output at print_time."""
+        self._value = value
+        if absence.is_absent(self._mcu):
+            return
         clock = self._mcu.output_clock(print_time, self._last_clock)
         self._set_cmd.send([self._oid, clock, int(bool(value)) ^ self._invert],
                            minclock=self._last_clock, reqclock=clock)
         self._last_clock = clock
 
+    def _handle_return(self):
+        """The mcu was away: it has what it starts with."""
+        if self._value is not None:
+            self.set_digital(0., self._value)
+
     def _build_config(self):
         mcu = self._mcu
+        self._last_clock = 0
         if self._max_duration and self._start_value != self._shutdown_value:
             raise mcu.config_error(
                 "Pin '%s' of mcu '%s' with a maximum duration must have the same"

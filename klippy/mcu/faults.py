@@ -3,6 +3,8 @@
 
 import logging
 
+from klippy.mcu import absence
+
 
 class FaultWatch:
     """Turns shutdown reports of one mcu into a shutdown of the printer."""
@@ -12,6 +14,9 @@ class FaultWatch:
         self._printer = mcu.get_printer()
         self.is_shutdown = False
         self.is_timeout = False
+        # An mcu that may be absent is about to be connected: what it says of its
+        # past is no reason for a shutdown
+        self.is_muted = False
         self.shutdown_clock = 0
         self.shutdown_msg = ""
 
@@ -33,6 +38,9 @@ class FaultWatch:
 
     def note_lost(self):
         """The mcu answers no longer."""
+        if absence.may_be_absent(self._mcu):
+            self._note_absent("it does not answer")
+            return
         if self.is_timeout or self.is_shutdown:
             return
         self.is_timeout = True
@@ -42,8 +50,12 @@ class FaultWatch:
         self._invoke("Lost communication with MCU '%s'" % (name,), {
             "mcu": name, "reason": "", "event_type": "timeout"})
 
+    def _note_absent(self, reason):
+        self._mcu.get_printer().get_reactor().register_async_callback(
+            lambda eventtime: self._mcu.note_absent(reason))
+
     def _handle_shutdown(self, params):
-        if self.is_shutdown:
+        if self.is_shutdown or self.is_muted:
             return
         self.is_shutdown = True
         mcu = self._mcu
@@ -60,6 +72,9 @@ class FaultWatch:
 
     def _handle_starting(self, params):
         if self.is_shutdown:
+            return
+        if absence.may_be_absent(self._mcu):
+            self._note_absent("it was reset")
             return
         name = self._mcu.get_name()
         self._mcu.get_serial().abort_waits()

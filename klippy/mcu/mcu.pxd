@@ -14,4 +14,4 @@ cdef class MCU:
     cdef public int _reserved_move_slots
     # Changes of outputs that came too late for their time
     cdef public int late_outputs
-    cdef public bint _is_configured
+    cdef public bint _is_configured, is_non_critical, non_critical_disconnected

@@ -10,6 +10,7 @@ import logging
 
 from klippy import clocksync, msgproto, pins, serialhdl
 from klippy.errors import ConfigError, McuError
+from klippy.mcu import absence
 from klippy.mcu.adc import MCU_adc
 from klippy.mcu.commands import CommandQueryWrapper, CommandWrapper
 from klippy.mcu.configphase import ConfigPhase
@@ -56,12 +57,15 @@ class MCU:
             method = config.getchoice("restart_method", METHODS, None)
         elif self._connection.canbus_uuid is not None:
             method = "command"
+        self.is_non_critical = config.getboolean("is_non_critical", False)
+        self.non_critical_disconnected = False
         self._clocksync = clock_sync
         self._serial = serialhdl.SerialReader(self._reactor, self._name)
         self._restart = McuRestart(self, method, self._connection)
         self._faults = FaultWatch(self)
         self._stats = McuStats(self)
         self._config = ConfigPhase(self._name, printer)
+        self._absence = absence.Absence(self, config) if self.is_non_critical else None
         self._post_init_callbacks = []
         self._movequeue_callbacks = []
         self._reserved_move_slots = 0
@@ -128,9 +132,18 @@ class MCU:
 
     def _handle_identify(self):
         """Connect, read the dictionary, start the clock."""
+        if self._absence is not None and not self.is_fileoutput():
+            self._absence.start()
+            return
+        self.identify()
+
+    def identify(self):
+        """Connect, read the dictionary, start the clock.  Raises McuError."""
         try:
             self._connection.open(
                 self._serial, rts=self._restart.method != "cheetah")
+            if self._absence is not None:
+                self._absence.note_open()
             if self.is_fileoutput():
                 self._clocksync.connect_file(self._serial)
             else:
@@ -149,14 +162,16 @@ class MCU:
         if machine is not None:
             parser.fill_enumerations({"pin": machine.get_pin_map(self._name)})
         version, build_versions = parser.get_version_info()
+        self._faults.reset()
         constants = sorted(self.get_constants().items())
         logging.info("mcu '%s' firmware %s (%s), constants: %s", self._name, version,
                      build_versions, " ".join("%s=%s" % item for item in constants))
         self._get_status_info = {
             "mcu_version": version, "mcu_build_versions": build_versions,
             "mcu_constants": self.get_constants()}
-        self._mcu_freq = self.get_constant_float("CLOCK_FREQ")
-        self._reserve_pins()
+        if not self._mcu_freq:
+            self._mcu_freq = self.get_constant_float("CLOCK_FREQ")
+            self._reserve_pins()
         self._restart.lookup_commands()
         self._emergency_stop_cmd = self.lookup_command("emergency_stop")
         self._clear_shutdown_cmd = self.try_lookup_command("clear_shutdown")
@@ -175,11 +190,17 @@ class MCU:
     # Connect: the configuration
 
     def _handle_connect(self):
-        """Configure the mcu, restarting it first if it must be."""
+        if self._absence is not None and not self.is_fileoutput():
+            self._absence.configure()
+            return
+        self.configure()
+
+    def configure(self):
+        """Configure the mcu, restarting it first if it must be.  Raises McuError."""
         config_params = self._query_config()
         try:
             if not config_params["is_config"]:
-                if self._restart.uses_usb_power:
+                if self._restart.uses_usb_power and not self.is_non_critical:
                     self._demand_restart("full reset before config")
                 self._send_config(False)
                 config_params = self._query_config()
@@ -221,6 +242,7 @@ class MCU:
     def _send_config(self, is_configured, crc=None):
         """Send the configuration, or only its start if the mcu has it."""
         resolver = pins.get(self._printer).get_pin_resolver(self._name)
+        self._reserved_move_slots = 0
         self._config.build(resolver)
         if is_configured and crc != self._config.crc:
             self._demand_restart("its configuration differs")
@@ -233,12 +255,19 @@ class MCU:
 
     def _was_restarted(self):
         """True if the mcu was reset for the start of this printer."""
+        if self.is_non_critical:
+            return False
         args = self._printer.get_start_args()
         return (args.get("start_reason") == "firmware_restart"
                 and self._name not in args.get(NOT_RESTARTED, ()))
 
     def _demand_restart(self, reason):
-        """Have the host restart all firmware, unless that was just done."""
+        """Have the host restart all firmware, unless that was just done.
+
+        An mcu that may be absent is restarted alone, and connected anew.
+        """
+        if self._absence is not None:
+            self._absence.restart(self._restart, reason)
         if self._was_restarted():
             return
         self._printer.get_start_args().get(NOT_RESTARTED, set()).discard(self._name)
@@ -289,7 +318,11 @@ class MCU:
         self._post_init_callbacks.append(callback)
 
     def register_movequeue_callback(self, callback):
-        """Call callback(serialqueue, move_count) when the mcu is configured."""
+        """Call callback(serialqueue, move_count) when the mcu is configured.
+
+        Raises ConfigError if the mcu may be absent: motion cannot wait for it.
+        """
+        absence.check_present(self, "steppers, nor tools that follow the moves")
         self._movequeue_callbacks.append(callback)
 
     def add_config_cmd(self, cmd, is_init=False, on_restart=False):
@@ -443,6 +476,26 @@ class MCU:
                 " %.3f s" % (duration, pin, self._name, MAX_TICKS / self._mcu_freq))
         return ticks
 
+    # Mcus that may be absent
+
+    def get_non_critical_disconnect_event_name(self):
+        """Name of the event that tells of the mcu's loss."""
+        return "danger:non_critical_mcu_%s:disconnected" % (self._name,)
+
+    def get_non_critical_reconnect_event_name(self):
+        """Name of the event that tells of its return."""
+        return "danger:non_critical_mcu_%s:reconnected" % (self._name,)
+
+    def note_absent(self, reason):
+        """The mcu is gone; it is allowed to be."""
+        self._absence.note_gone(reason)
+
+    def set_absent(self, is_absent):
+        """What others see of it, and how it is listened to."""
+        self.non_critical_disconnected = is_absent
+        self._clocksync.is_absent = is_absent
+        self._faults.is_muted = is_absent
+
     # Restart, shutdown, end
 
     def send_emergency_stop(self):
@@ -476,6 +529,12 @@ class MCU:
 
     def disconnect(self):
         """Close the link."""
+        if self._absence is not None:
+            self._absence.end()
+        self.close_link()
+
+    def close_link(self):
+        """Close the link, perhaps to open it again."""
         self._clocksync.disconnect()
         self._serial.disconnect()
 
@@ -487,8 +546,10 @@ class MCU:
     # Reports
 
     def get_status(self, eventtime=None):
-        """mcu_version, mcu_build_versions, mcu_constants, last_stats."""
-        return dict(self._get_status_info, last_stats=self._stats.last_stats)
+        """mcu_version, mcu_build_versions, mcu_constants, last_stats,
+        non_critical_disconnected."""
+        return dict(self._get_status_info, last_stats=self._stats.last_stats,
+                    non_critical_disconnected=self.non_critical_disconnected)
 
     def stats(self, eventtime):
         """(is_active, text) for the log."""

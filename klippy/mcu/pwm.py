@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A pulse width output, in hardware or by timed switching of a pin."""
 
+from klippy.mcu import absence
+
 HARD_CONFIG = ("config_pwm_out oid=%d pin=%s cycle_ticks=%d value=%d"
                " default_value=%d max_duration=%d")
 SOFT_CONFIG = ("config_digital_out oid=%d pin=%s value=%d default_value=%d"
@@ -24,7 +26,9 @@ class MCU_pwm:
         self._last_clock = 0
         self._oid = None
         self._set_cmd = None
+        self._value = None
         mcu.register_config_callback(self._build_config)
+        absence.watch(mcu, None, self._handle_return)
 
     def get_mcu(self):
         """The MCU of this pin."""
@@ -53,11 +57,19 @@ class MCU_pwm:
 
     def set_pwm(self, print_time, value):
         """Change the duty at print_time."""
+        self._value = value
+        if absence.is_absent(self._mcu):
+            return
         clock = self._mcu.output_clock(print_time, self._last_clock)
         ticks = int(self._duty(value) * self._pwm_max + 0.5)
         self._set_cmd.send([self._oid, clock, ticks],
                            minclock=self._last_clock, reqclock=clock)
         self._last_clock = clock
+
+    def _handle_return(self):
+        """The mcu was away: it has what it starts with."""
+        if self._value is not None:
+            self.set_pwm(0., self._value)
 
     def _duty(self, value):
         value = max(0., min(1., value))

@@ -77,16 +77,16 @@ class McuRestart:
         self._mcu.get_serial().register_response(None, "starting")
         command.send()
         self._pause(SETTLE_TIME)
-        self._mcu.disconnect()
+        self._mcu.close_link()
 
     def _run_power(self):
         """Switch a simulated mcu off and on."""
-        self._mcu.disconnect()
+        self._mcu.close_link()
         self._connection.get_machine().open_link(self._mcu.get_name()).reset()
 
     def _run_arduino(self):
         """Pulse DTR, which resets an Arduino."""
-        self._mcu.disconnect()
+        self._mcu.close_link()
         port = self._open_port(RESET_BAUD)
         port.read(1)
         self._pause(0.100)
@@ -98,7 +98,7 @@ class McuRestart:
 
     def _run_cheetah(self):
         """Pulse DTR with RTS low, which resets a Fysetc Cheetah."""
-        self._mcu.disconnect()
+        self._mcu.close_link()
         port = self._open_port(RESET_BAUD)
         port.rts = False
         port.dtr = True
@@ -110,7 +110,7 @@ class McuRestart:
     def _run_rpi_usb(self):
         """Switch the power of a Raspberry Pi's USB ports off and on."""
         import glob
-        self._mcu.disconnect()
+        self._mcu.close_link()
         for value in (b"0", b"1"):
             for path in glob.glob(USB_POWER):
                 fd = os.open(path, os.O_WRONLY)

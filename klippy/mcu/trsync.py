@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A trigger on one mcu that stops steppers, and that expires without a host."""
 
+from klippy.mcu import absence
+
 STATE_FORMAT = "trsync_state oid=%c can_trigger=%c trigger_reason=%c clock=%u"
 REPORTS_PER_TIMEOUT = 0.3
 
@@ -18,6 +20,7 @@ class MCU_trsync:
     REASON_COMMS_TIMEOUT = 4
 
     def __init__(self, mcu, trdispatch=None):
+        absence.check_present(mcu, "endstops or probes")
         self._mcu = mcu
         self._trdispatch = trdispatch
         self._reactor = mcu.get_printer().get_reactor()

@@ -11,6 +11,7 @@ import logging
 from klippy import mcu as mcu_module
 from klippy import pins
 from klippy.errors import CommandError
+from klippy.mcu import absence
 
 SPI_TRANSFER = "spi_transfer oid=%c data=%*s"
 SPI_RESPONSE = "spi_transfer_response oid=%c response=%*s"
@@ -97,7 +98,9 @@ class MCU_SPI:
         return self.cmd_queue
 
     def spi_send(self, data, minclock=0, reqclock=0):
-        """Send bytes; does not wait."""
+        """Send bytes; does not wait.  An mcu that is absent gets none."""
+        if absence.is_absent(self.mcu):
+            return
         if self.send_cmd is None:
             # before the mcu is configured: part of its start
             self.mcu.add_config_cmd("spi_send oid=%d data=%s"
@@ -108,6 +111,7 @@ class MCU_SPI:
 
     def spi_transfer(self, data, minclock=0, reqclock=0):
         """Exchange bytes and wait; {"response": bytes}."""
+        absence.raise_if_absent(self.mcu)
         if self.mcu.is_fileoutput():
             self.spi_send(data, minclock, reqclock)
             return {"response": bytes(len(data))}
@@ -116,6 +120,7 @@ class MCU_SPI:
 
     def spi_transfer_with_preface(self, preface_data, data, minclock=0, reqclock=0):
         """Send preface_data directly ahead of an exchange."""
+        absence.raise_if_absent(self.mcu)
         if self.mcu.is_fileoutput():
             self.spi_send(preface_data, minclock, reqclock)
             return self.spi_transfer(data, minclock, reqclock)
@@ -218,6 +223,8 @@ class MCU_I2C:
 
     def i2c_write_noack(self, data, minclock=0, reqclock=0):
         """Write bytes; does not wait.  The log tells if nobody takes them."""
+        if absence.is_absent(self.mcu):
+            return
         self.transfer_cmd.send([self.oid, bytes(data), 0], minclock=minclock,
                                reqclock=reqclock)
 
@@ -232,6 +239,7 @@ class MCU_I2C:
         return self._transfer(write, read_len, 0, 0, retry)
 
     def _transfer(self, data, read_len, minclock, reqclock, retry):
+        absence.raise_if_absent(self.mcu)
         if self.mcu.is_fileoutput():
             self.i2c_write_noack(data, minclock, reqclock)
             return {"response": bytes(read_len)}

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Speed of a fan from its tachometer pulses, counted by the mcu."""
 
+from klippy.mcu import absence
+
 SAMPLE_TIME = 1.0
 
 
@@ -26,6 +28,10 @@ class FanTachometer:
         self.last_count = self.last_time = None
         self.frequency = 0.0
         self.mcu.register_config_callback(self._build_config)
+        absence.watch(self.mcu, self._handle_loss, None)
+
+    def _handle_loss(self):
+        self.frequency, self.last_time = 0.0, None
 
     def _build_config(self):
         mcu, oid = self.mcu, self.oid
@@ -68,6 +74,6 @@ class FanTachometer:
         return self.mcu.clock_to_print_time(self.mcu.clock32_to_clock64(clock32))
 
     def get_status(self, eventtime):
-        if self.frequency is None:
+        if self.frequency is None or absence.is_absent(self.mcu):
             return {"rpm": None}
         return {"rpm": self.frequency * 60.0 / self.pulses_per_turn}

@@ -8,6 +8,7 @@ the main thread.  Both hold `lock` while they touch shared fields.
 import threading
 
 from klippy.extras import control_mpc, control_pid, control_watermark
+from klippy.mcu import absence
 from klippy.record import record
 
 ABSOLUTE_ZERO = -273.15
@@ -88,6 +89,7 @@ class Heater:
         kind = config.getchoice("control", {name: name for name in CONTROLS})
         self.control = CONTROLS[kind](self, config)
         self.mcu_pwm = self._setup_pin(config)
+        self.mcus = self._watch_mcus()
         self._register(config)
 
     def _setup_pin(self, config):
@@ -98,6 +100,29 @@ class Heater:
         if hasattr(pin, "setup_expiry"):
             pin.setup_expiry(self._note_expiry)
         return pin
+
+    def _watch_mcus(self):
+        """The mcus of heater and sensor, each of which may be absent."""
+        pins = (self.mcu_pwm, getattr(self.sensor, "mcu_adc", self.mcu_pwm))
+        mcus = list({id(pin.get_mcu()): pin.get_mcu() for pin in pins}.values())
+        for mcu in mcus:
+            absence.watch(mcu, self._handle_loss, None)
+        return mcus
+
+    def _handle_loss(self):
+        """An mcu is gone: off, and it stays off when that is back."""
+        with self.lock:
+            had_target, self.target_temp = self.target_temp, 0.0
+            self.smoothed_temp = self.last_temp = self.last_temp_time = 0.0
+            self.can_extrude = self.limits.min_extrude_temp <= 0.0
+            # those who judge readings begin anew
+            self.n_expired += 1
+            if self.last_pwm_value:
+                self.last_pwm_value = 0.0
+                self.mcu_pwm.set_pwm(0.0, 0.0)
+        if had_target:
+            self.printer.lookup_object("gcode").respond_info(
+                "Heater '%s' is off, and stays off" % (self.short_name,))
 
     def _register(self, config):
         gcode = self.printer.lookup_object("gcode")
@@ -207,6 +232,9 @@ class Heater:
                 "Requested temperature (%.1f) of heater '%s' out of range"
                 " (%.1f:%.1f)" % (degrees, self.name, self.min_temp,
                                   self.max_temp))
+        if degrees:
+            for mcu in self.mcus:
+                absence.raise_if_absent(mcu)
         explain = getattr(self.control, "explain_unready", None)
         reason = explain() if degrees and explain is not None else None
         if reason is not None:
@@ -236,7 +264,12 @@ class Heater:
         return self.mcu_pwm.get_mcu().estimated_print_time(eventtime)
 
     def check_busy(self, eventtime):
-        """True while the control has not reached its target."""
+        """True while the control has not reached its target.
+
+        False while an mcu is absent: the heater is off.
+        """
+        if any(absence.is_absent(mcu) for mcu in self.mcus):
+            return False
         with self.lock:
             return self.control.check_busy(
                 eventtime, self.smoothed_temp, self.target_temp)

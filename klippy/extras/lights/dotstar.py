@@ -5,6 +5,7 @@ Data sheet: 32 zero bits, then for each led 111, five bits of brightness, blue,
 green, red; then at least half a bit more a led, to push the last ones through.
 """
 from klippy.extras import bus
+from klippy.mcu import absence
 
 SPEED = 500000              # Hz
 MODE = 0
@@ -34,9 +35,10 @@ class PrinterDotstar:
             config, self._update, self.count)
         self.get_status = self.helper.get_status
         printer.register_event_handler("klippy:connect", self._handle_connect)
+        absence.watch(mcu, None, self._handle_connect)
 
     def _handle_connect(self):
-        self.helper.check_transmit()
+        self.helper.transmit_again()
 
     def _pack(self, colors):
         data = bytearray(4)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What lights behind an I2C chip have in common."""
 from klippy.extras import bus
+from klippy.mcu import absence
 
 DEFAULT_ADDRESS = 0x62
 
@@ -19,6 +20,7 @@ class I2CLight:
             config, self._update)
         self.get_status = self.helper.get_status
         printer.register_event_handler("klippy:connect", self._handle_connect)
+        absence.watch(self.i2c.get_mcu(), None, self._handle_connect)
 
     def list_setup(self):
         """[(register, value)] to send at the start."""
@@ -31,7 +33,7 @@ class I2CLight:
     def _handle_connect(self):
         self.sent = {}
         self._write(self.list_setup(), 0)
-        self.helper.check_transmit()
+        self.helper.transmit_again()
 
     def _update(self, colors, print_time):
         clock = 0

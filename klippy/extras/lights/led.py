@@ -52,6 +52,11 @@ class LEDHelper:
             self.printer.get_reactor().register_callback(
                 lambda eventtime: self._transmit(colors, print_time))
 
+    def transmit_again(self):
+        """Show the colours, whatever is shown."""
+        self.sent_colors = None
+        self.check_transmit()
+
     def _transmit(self, colors, print_time):
         with self.mutex:
             self.update_func(colors, print_time)

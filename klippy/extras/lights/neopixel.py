@@ -2,6 +2,8 @@
 """[neopixel name]: a chain of WS2812, SK6812 and the like, sent pulse by pulse."""
 import logging
 
+from klippy.mcu import absence
+
 # Longest pause between two bits that leds do not take for the end (s)
 BIT_MAX_TIME = 0.000004
 # Shortest pause that they take for it (s)
@@ -41,6 +43,7 @@ class PrinterNeoPixel:
         self.get_status = self.helper.get_status
         self.mcu.register_config_callback(self._build_config)
         printer.register_event_handler("klippy:connect", self._handle_connect)
+        absence.watch(self.mcu, None, self._handle_connect)
 
     @staticmethod
     def _read_orders(config, count):
@@ -78,13 +81,16 @@ class PrinterNeoPixel:
     def _handle_connect(self):
         # The leds keep what they showed before, the mcu's memory may not: send all
         self.sent_data = None
-        self.helper.check_transmit()
+        self.helper.transmit_again()
 
     def _pack(self, colors):
         return bytes(int(colors[led][channel] * 255.0 + 0.5)
                      for led, channel in self.layout)
 
     def _update(self, colors, print_time):
+        if absence.is_absent(self.mcu):
+            self.sent_data = None
+            return
         data, old = self._pack(colors), self.sent_data
         clock = 0 if print_time is None else self.mcu.print_time_to_clock(print_time)
         for start, end in list_changes(old, data):

@@ -6,9 +6,13 @@ for a button that is released when the printer starts.
 """
 import math
 
+from klippy.mcu import absence
+
 # Pins are looked at so often (s); a report that nobody acknowledges is sent
 # again after so many looks
 POLL_TIME = 0.002
+# So long (s) after its return an mcu has told which buttons are pressed
+RETURN_TIME = 2.0
 RESEND_POLLS = 50
 MAX_PINS = 8
 ADC_REPORT_TIME = 0.015
@@ -31,6 +35,7 @@ class McuButtons:
         self.state = self.n_seen = 0     # n_seen as the mcu counts: 8 bits
         self.oid = self.ack_cmd = None
         mcu.register_config_callback(self._build_config)
+        absence.watch(mcu, None, self._handle_return)
 
     def has_room(self, count):
         return len(self.pins) + count <= MAX_PINS
@@ -43,6 +48,7 @@ class McuButtons:
 
     def _build_config(self):
         mcu = self.mcu
+        self.n_seen = 0
         self.oid = mcu.create_oid()
         mcu.add_config_cmd("config_buttons oid=%d button_count=%d"
                            % (self.oid, len(self.pins)))
@@ -75,10 +81,22 @@ class McuButtons:
         self.n_seen = (self.n_seen + len(new)) & 0xff
         self.ack_cmd.send([self.oid, len(new)])
         for state in new:
-            changed, self.state = self.state ^ state, state
-            for mask, shift, callback in self.watchers:
-                if changed & mask:
-                    callback(eventtime, (state & mask) >> shift)
+            self._note_state(eventtime, state)
+
+    def _note_state(self, eventtime, state):
+        changed, self.state = self.state ^ state, state
+        for mask, shift, callback in self.watchers:
+            if changed & mask:
+                callback(eventtime, (state & mask) >> shift)
+
+    def _handle_return(self):
+        """The mcu was away; it tells what is pressed, and nothing if nothing is."""
+        self.reactor.register_callback(
+            self._check_return, self.reactor.monotonic() + RETURN_TIME)
+
+    def _check_return(self, eventtime):
+        if not self.n_seen and not absence.is_absent(self.mcu):
+            self._note_state(eventtime, 0)
 
 
 class AdcButtons:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """[pwm_cycle_time name]: software pwm whose cycle SET_PIN can change."""
 from klippy.extras.request_queue import GCodeRequestQueue
+from klippy.mcu import absence
 
 # The mcu takes another cycle only while the pin does not pulse: it is off for
 # so long (s) in between
@@ -59,6 +60,7 @@ class CyclePin:
     def set_pwm(self, print_time, value, cycle_time):
         """Change the duty (0..1), and the cycle (s) of a pin that rests."""
         mcu = self.mcu
+        absence.raise_if_absent(mcu)
         clock = mcu.output_clock(print_time, self.last_clock)
         free_clock = self.last_clock + mcu.seconds_to_clock(SETTLE_TIME)
         cycle_ticks = mcu.seconds_to_clock(cycle_time)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """[canbus_stats NAME]: errors on the CAN bus of an [mcu NAME], once a second."""
 
+from klippy.mcu import absence
+
 PERIOD = 1.             # s
 STATES = ("active", "warn", "passive", "off")
 
@@ -41,7 +43,13 @@ class BusStats:
             self.reactor.unregister_timer(timer)
 
     def _ask(self, eventtime):
-        params = self.query.send()
+        try:
+            params = self.query.send()
+        except self.mcu.error:
+            if not absence.may_be_absent(self.mcu):
+                raise
+            self.status = dict.fromkeys(self.status)
+            return eventtime + PERIOD
         state = params["canbus_bus_state"]
         if not isinstance(state, str):
             state = STATES[state] if state < len(STATES) else str(state)

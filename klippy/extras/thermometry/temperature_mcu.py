@@ -8,6 +8,7 @@ Where the maker has measured the chip, the firmware reads the values from its me
 
 from klippy import mcu as mcu_module
 from klippy.extras import adc_temperature, twin_sensor
+from klippy.mcu import absence
 from klippy.record import record
 
 PIN = "ADC_TEMPERATURE"
@@ -130,6 +131,10 @@ class PrinterTemperatureMCU(adc_temperature.PrinterADCtoTemperature):
     def _handle_identify(self):
         line, points = self.adc_convert, self.points
         mcu = mcu_module.get_printer_mcu(self.printer, self.mcu_name)
+        if absence.is_absent(mcu):
+            # Its calibration is in the chip: no readings until a restart
+            self.mcu_adc.setup_adc_callback(None)
+            return
         chip = str(mcu.get_constants().get("MCU", ""))
         if len(points) == 2:
             line.set_points(*points[0], *points[1])

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """[temperature_sensor name]: a sensor that drives nothing."""
 
+from klippy.mcu import absence
+
 ABSOLUTE_ZERO = -273.15
 
 
 class PrinterSensorGeneric:
     """Holds the last, lowest and highest reading of one sensor.
 
-    Status: temperature, measured_min_temp, measured_max_temp (degC).
+    Status: temperature (None while the mcu of the sensor is absent),
+    measured_min_temp, measured_max_temp (degC).
     """
 
     def __init__(self, config):
@@ -23,6 +26,9 @@ class PrinterSensorGeneric:
         self.sensor.setup_callback(self.note_temperature)
         self.last_temp = 0.0
         self.measured = None
+        self.mcu = find_mcu(self.sensor)
+        if self.mcu is not None:
+            absence.watch(self.mcu, self._handle_loss, None)
         heaters.register_sensor(config, self)
 
     def note_temperature(self, read_time, temp):
@@ -33,6 +39,9 @@ class PrinterSensorGeneric:
         low, high = self.measured or (temp, temp)
         self.measured = (min(low, temp), max(high, temp))
 
+    def _handle_loss(self):
+        self.last_temp = 0.0
+
     def get_temp(self, eventtime):
         """(last reading in degC, 0.0: it has no target)."""
         return self.last_temp, 0.0
@@ -42,9 +51,16 @@ class PrinterSensorGeneric:
 
     def get_status(self, eventtime):
         low, high = self.measured or (99999999.0, 0.0)
-        return {"temperature": round(self.last_temp, 2),
+        is_absent = self.mcu is not None and absence.is_absent(self.mcu)
+        return {"temperature": None if is_absent else round(self.last_temp, 2),
                 "measured_min_temp": round(low, 2),
                 "measured_max_temp": round(high, 2)}
+
+
+def find_mcu(sensor):
+    """The mcu that reads a sensor's analog pin; None for another kind of sensor."""
+    pin = getattr(sensor, "mcu_adc", None)
+    return None if pin is None else pin.get_mcu()
 
 
 def load_config_prefix(config):

@@ -74,3 +74,15 @@ def test_unknown_pin_is_named_with_near_ones(parser):
     phase.build(pins.PinResolver("mcu"))
     with pytest.raises(ConfigError, match="'PA33' is not a valid pin.*'mcu'.*'PA3'"):
         phase.encode(parser, False)
+
+
+def test_building_again_gives_the_same(parser):
+    """For an mcu that was away: what callbacks add is not there twice."""
+    phase = make_phase()
+    phase.callbacks.append(lambda: phase.add(
+        "config_endstop oid=%d pin=PA4 pull_up=0" % (phase.create_oid(),)))
+    phase.build(pins.PinResolver("mcu"))
+    first, crc = text_of(parser, phase, False), phase.crc
+    phase.build(pins.PinResolver("mcu"))
+    assert text_of(parser, phase, False) == first and phase.crc == crc
+    assert phase.oid_count == 2
