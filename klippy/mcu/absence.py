@@ -34,6 +34,12 @@ def is_absent(mcu):
     return getattr(mcu, "non_critical_disconnected", False)
 
 
+def find_mcu(sensor):
+    """The mcu that reads a sensor's analog pin; None for another kind of sensor."""
+    pin = getattr(sensor, "mcu_adc", None)
+    return None if pin is None else pin.get_mcu()
+
+
 def raise_if_absent(mcu):
     """Raise CommandError while the mcu is gone."""
     if is_absent(mcu):

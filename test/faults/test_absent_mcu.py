@@ -30,6 +30,14 @@ max_temp: 130
 [fan_generic blower]
 pin: aux:PA0
 
+[temperature_fan bay]
+pin: PB5
+sensor_type: EPCOS 100K B57560G104F
+sensor_pin: aux:PE6
+min_temp: 0
+max_temp: 100
+control: watermark
+
 [output_pin lamp]
 pin: aux:PA1
 
@@ -97,6 +105,8 @@ class Aux:
         assert self.lamp.level == 1
         assert 15. < status("temperature_sensor chamber")["temperature"] < 40.
         assert 10. < status("heater_generic dryer")["temperature"] < 80.
+        bay = status("temperature_fan bay")
+        assert 15. < bay["temperature"] < 40. and bay["speed"] == 0.
         self.host.script("SET_LED LED=strip GREEN=0.5 INDEX=1")
 
     def check_gone(self):
@@ -105,6 +115,8 @@ class Aux:
         assert status("temperature_sensor chamber")["temperature"] is None
         dryer = status("heater_generic dryer")
         assert dryer["target"] == dryer["power"] == dryer["temperature"] == 0.
+        # as if it were hot
+        assert status("temperature_fan bay")["speed"] == 1.
         with pytest.raises(ApiError, match="Mcu 'aux' is not connected"):
             self.host.script("SET_HEATER_TEMPERATURE HEATER=dryer TARGET=60")
         # these are for later

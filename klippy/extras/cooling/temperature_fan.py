@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """[temperature_fan name]: a fan that holds a sensor at a temperature."""
 from klippy.extras import fan, temperature_fan_control, temperature_fan_curve
+from klippy.mcu import absence
 
 ABSOLUTE_ZERO = -273.15
 MAX_FAN_TIME = 5.0
@@ -35,6 +36,8 @@ class TemperatureFan:
         self.curve_command = None
         if kind == "curve":
             self.curve_command = temperature_fan_curve.CurveCommand(self)
+        self.brings_heat = kind != "curve" and config.getboolean("reverse", False)
+        self.printer.register_event_handler("klippy:ready", self._run_blind)
 
     def _setup_sensor(self, config):
         heaters = self.printer.load_object(config, "heaters")
@@ -44,6 +47,9 @@ class TemperatureFan:
         self.sensor.setup_minmax(self.min_temp, self.max_temp)
         self.sensor.setup_callback(self.temperature_callback)
         heaters.register_sensor(config, self)
+        self.mcu = absence.find_mcu(self.sensor)
+        if self.mcu is not None:
+            absence.watch(self.mcu, self._run_blind, None)
         self.speed_delay = self.sensor.get_report_time_delta()
         self.last_temp = self.last_speed = 0.0
         self.next_speed_time = 0.0
@@ -69,6 +75,15 @@ class TemperatureFan:
         self.printer.get_reactor().register_async_callback(
             lambda e: self.fan.set_speed(speed, speed_time))
 
+    def _run_blind(self):
+        """While the mcu of the sensor is gone: cool as well as may be."""
+        if self.mcu is None or not absence.is_absent(self.mcu):
+            return
+        is_off = self.target_temp <= 0.0 or self.brings_heat
+        self.last_temp = self.next_speed_time = 0.0
+        self.last_speed = 0.0 if is_off else self.max_speed
+        self.fan.set_speed(self.last_speed)
+
     def get_temp(self, eventtime):
         return self.last_temp, self.target_temp
 
@@ -93,6 +108,7 @@ class TemperatureFan:
                 " range (%.1f:%.1f)" % (degrees, self.name, self.min_temp,
                                         self.max_temp))
         self.target_temp = degrees
+        self._run_blind()
 
     cmd_SET_TEMPERATURE_FAN_TARGET_help = (
         "Sets a temperature fan target and speed limits")
@@ -108,6 +124,7 @@ class TemperatureFan:
                              % (low, high))
         self.set_temp(target)
         self.min_speed, self.max_speed = low, high
+        self._run_blind()
 
 
 def load_config_prefix(config):

@@ -26,7 +26,7 @@ class PrinterSensorGeneric:
         self.sensor.setup_callback(self.note_temperature)
         self.last_temp = 0.0
         self.measured = None
-        self.mcu = find_mcu(self.sensor)
+        self.mcu = absence.find_mcu(self.sensor)
         if self.mcu is not None:
             absence.watch(self.mcu, self._handle_loss, None)
         heaters.register_sensor(config, self)
@@ -55,12 +55,6 @@ class PrinterSensorGeneric:
         return {"temperature": None if is_absent else round(self.last_temp, 2),
                 "measured_min_temp": round(low, 2),
                 "measured_max_temp": round(high, 2)}
-
-
-def find_mcu(sensor):
-    """The mcu that reads a sensor's analog pin; None for another kind of sensor."""
-    pin = getattr(sensor, "mcu_adc", None)
-    return None if pin is None else pin.get_mcu()
 
 
 def load_config_prefix(config):
