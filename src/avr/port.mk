@@ -10,7 +10,8 @@ port-src += $(if $(CONFIG_WANT_ADC),$(avr)/adc.c)
 port-src += $(if $(CONFIG_WANT_HARD_PWM),$(avr)/pwm.c)
 port-src += $(if $(CONFIG_WANT_SPI),$(avr)/spi.c)
 port-src += $(if $(CONFIG_WANT_I2C),$(avr)/i2c.c)
-PORT_CFLAGS := -mmcu=$(CONFIG_MCU)
+# rcall and rjmp where they reach
+PORT_CFLAGS := -mmcu=$(CONFIG_MCU) -mrelax
 ifeq ($(CONFIG_AVR_FAST_STEPS),y)
 # gcc 5 -O2 forgets that a pointer is to flash when it makes one to step through
 # an array
@@ -21,7 +22,7 @@ PORT_CFLAGS += -mcall-prologues -mstrict-X -fno-move-loop-invariants
 PORT_CFLAGS += -fno-inline-small-functions -fno-gcse -fno-tree-pre
 endif
 ifeq ($(CONFIG_HAVE_LIMITED_CODE_SIZE),y)
-PORT_CFLAGS += -mrelax -fno-split-wide-types -fno-tree-scev-cprop
+PORT_CFLAGS += -fno-split-wide-types -fno-tree-scev-cprop
 endif
 LTO_FLAGS := -flto
 PORT_OUTPUTS := $(OUT)klipper.elf $(OUT)klipper.elf.hex
