@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fans: the pwm output with kick start, and [fan] with M106 and M107."""
 
-from klippy.extras import request_queue, tachometer
+from klippy.extras import fan_watch, request_queue, tachometer
 from klippy.record import record
 
 FAN_MIN_TIME = request_queue.PIN_MIN_TIME
@@ -56,6 +56,7 @@ class Fan:
             config, self.mcu_fan.get_mcu(), self._apply_speed)
         self.printer.register_event_handler(
             "gcode:request_restart", self._handle_request_restart)
+        fan_watch.watch(self, config.get_name())
 
     def _setup_pins(self, config):
         ppins = self.printer.lookup_object("pins")

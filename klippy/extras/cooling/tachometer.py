@@ -27,6 +27,7 @@ class FanTachometer:
         self.oid = self.mcu.create_oid()
         self.last_count = self.last_time = None
         self.frequency = 0.0
+        self.samples = 0             # reports so far, one each SAMPLE_TIME
         self.mcu.register_config_callback(self._build_config)
         absence.watch(self.mcu, self._handle_loss, None)
 
@@ -55,6 +56,7 @@ class FanTachometer:
             " count_clock=%u", oid)
 
     def _handle_state(self, params):
+        self.samples += 1
         count = params["count"]
         edge_time = self._find_time(params["count_clock"])
         if self.last_time is not None:
@@ -72,6 +74,10 @@ class FanTachometer:
     def _find_time(self, clock32):
         """print_time of a clock of the mcu."""
         return self.mcu.clock_to_print_time(self.mcu.clock32_to_clock64(clock32))
+
+    def has_reports(self):
+        """True if its mcu has reported a count that the next can be compared with."""
+        return self.last_time is not None and not absence.is_absent(self.mcu)
 
     def get_status(self, eventtime):
         if self.frequency is None or absence.is_absent(self.mcu):
