@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  *
  * A short print through the whole motion core, on a linear machine, a delta
- * and an extruder, with homing in between, in one thread and in several:
+ * and an extruder (whose filament is shaped, and cut as the arcs of the head),
+ * with homing in between, in one thread and in several:
  * messages are the same.  Usage: motion_story [step]: with a number it is told
  * again and again, and the N-th allocation fails.
  * Built with malloc, calloc and realloc wrapped.
@@ -27,14 +28,14 @@ enum { STEPPERS = 10, MOVES = 300, MOVE_COUNT = 20 };
 #define FREQ 16e6
 
 struct machine {
-    struct trapq *tq;
+    struct trapq *tq, *filament;
     struct shaper_path *paths[STEPPERS];
     struct stepcompress *sc[STEPPERS];
     struct itersolve *is[STEPPERS];
     struct steppersync *ss;
     struct steppool *pool;
     int n_threads;              /* of the pool; negative: there is none */
-    double time, position[3];
+    double time, position[3], pushed;
     uint64_t messages, hash;
 };
 
@@ -79,7 +80,8 @@ make_kinematics(struct machine *m)
     m->is[9] = j ? &j->is : NULL;
 }
 
-/* Shape some of them; one by a kernel, and the filament, too. */
+/* Shape some of them; one by a kernel.  Filament is shaped by either, and what
+ * belongs to z is not: its shares change on arcs. */
 static int
 shape(struct machine *m)
 {
@@ -90,21 +92,23 @@ shape(struct machine *m)
     const struct shaper_axis kernel = {
         .n_coeffs = 3, .coeffs = { .75, 0., -.75 }, .half = .012,
     };
-    static const int shaped[] = { 0, 1, 2, 7 };
+    static const int shaped[] = { 0, 1, 2, 4, 7 };
 
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < 5; k++) {
         int i = shaped[k];
         m->paths[i] = shaper_path_new();
         if (!m->paths[i])
             return -ENOMEM;
-        for (int axis = 0; axis < 3; axis++)
+        for (int axis = 0; axis < (i == 4 ? 2 : 3); axis++)
             expect(!shaper_path_set_axis(m->paths[i], axis,
-                                         i == 1 ? &kernel : &impulses),
+                                         i == 1 || (i == 4 && !axis)
+                                         ? &kernel : &impulses),
                    "shaper is a mean");
         expect(!shaper_path_check(m->paths[i]), "shaper holds");
-        shaper_attach(m->is[i], m->paths[i]);
+        if (i != 4)
+            shaper_attach(m->is[i], m->paths[i]);
     }
-    kin_extruder_set_shaper((struct kin_extruder *)m->is[4], m->paths[1],
+    kin_extruder_set_shaper((struct kin_extruder *)m->is[4], m->paths[4],
                             m->tq);
     return 0;
 }
@@ -115,12 +119,14 @@ build(struct machine *m)
 {
     struct qsink sink = { m, count_messages };
     struct stepcompress_options options = { 400, 5, 6, 0 };
+    const double nothing[3] = { 0. };
 
     m->pool = m->n_threads < 0 ? NULL : steppool_new(m->n_threads);
     m->tq = trapq_new();
+    m->filament = trapq_new();
     m->ss = steppersync_new(&sink, MOVE_COUNT);
     make_kinematics(m);
-    if (!m->tq || !m->ss || (m->n_threads >= 0 && !m->pool))
+    if (!m->tq || !m->filament || !m->ss || (m->n_threads >= 0 && !m->pool))
         return -ENOMEM;
     steppersync_set_time(m->ss, 0., FREQ);
     for (int i = 0; i < STEPPERS; i++) {
@@ -128,9 +134,9 @@ build(struct machine *m)
         if (!m->is[i] || !m->sc[i])
             return -ENOMEM;
         stepcompress_configure(m->sc[i], &options);
-        itersolve_set_trapq(m->is[i], m->tq);
+        itersolve_set_trapq(m->is[i], i == 4 ? m->filament : m->tq);
         itersolve_set_stepcompress(m->is[i], m->sc[i], .005);
-        itersolve_set_position(m->is[i], m->position);
+        itersolve_set_position(m->is[i], i == 4 ? nothing : m->position);
         if (steppersync_add(m->ss, m->sc[i], m->is[i]) != i)
             return -ENOMEM;
     }
@@ -148,17 +154,47 @@ destroy(struct machine *m)
         free(m->is[i]);
     }
     trapq_delete(m->tq);
+    trapq_delete(m->filament);
 }
 
 static void
 check(const struct machine *m)
 {
     expect(!trapq_check(m->tq), "trapq holds");
+    expect(!trapq_check(m->filament), "the filament's holds");
     expect(!steppersync_check(m->ss), "steppersync holds");
     expect(!m->pool || !steppool_check(m->pool), "the pool holds");
 }
 
-/* One move in direction number `i`; its speed swings. */
+/* The filament of the head's last move; now and then none, or not led. */
+static int
+push_filament(struct machine *m, int i, double time,
+              const struct trap_move *head)
+{
+    double rate = i & 1 ? .4 : .2;
+    struct trap_move move = {
+        .accel_t = head->accel_t, .cruise_t = head->cruise_t,
+        .decel_t = head->decel_t, .start = { m->pushed },
+        .axes_r = { 1., i % 9 != 4 }, .start_v = rate * head->start_v,
+        .cruise_v = rate * head->cruise_v, .accel = rate * head->accel,
+    };
+    const struct trapseg *seg;
+    int ret;
+
+    if (i % 11 == 7)
+        return 0;
+    ret = trapq_add_like(m->filament, time, &move, head);
+    if (ret)
+        return ret;
+    seg = trapq_get(m->filament, m->filament->end - 1);
+    expect(seg->time == trapq_get(m->tq, m->tq->end - 1)->time
+           && m->filament->end_time == m->tq->end_time, "cuts are the same");
+    m->pushed = seg->start[0] + trapseg_get_distance(seg, seg->duration);
+    return 0;
+}
+
+/* One move in direction number `i`; its speed swings.  Some are arcs, of which
+ * every other is so tight that its phases are cut. */
 static int
 add_move(struct machine *m, int i)
 {
@@ -169,7 +205,8 @@ add_move(struct machine *m, int i)
         .start_v = .5 * v, .cruise_v = v, .accel = accel,
     };
     double way = v * move.cruise_t + 1.5 * v * move.accel_t;
-    struct trapseg path = { .turn = i % 15 ? 0. : .02 * sin(5. * i), .normal = 2 };
+    double time = m->time + (i % 7 ? 0. : .05), tight = i % 30 ? .02 : .5;
+    struct trapseg path = { .turn = i % 15 ? 0. : tight * sin(5. * i), .normal = 2 };
     int ret;
 
     if (i % 45 == 0)
@@ -181,9 +218,9 @@ add_move(struct machine *m, int i)
         path.axes_r[k] = move.axes_r[k];
     }
     trapseg_get_place(&path, way, m->position);
-    ret = trapq_add(m->tq, m->time + (i % 7 ? 0. : .05), &move);
+    ret = trapq_add(m->tq, time, &move);
     m->time = m->tq->end_time;
-    return ret;
+    return ret ? ret : push_filament(m, i, time, &move);
 }
 
 /* By the threads of a pool, if there is one; meanwhile nothing is touched. */
@@ -211,6 +248,7 @@ make_steps(struct machine *m, double until)
         ret = steppersync_flush(m->ss, clock,
                                 clock > 8000000 ? clock - 8000000 : 0);
     trapq_finalize(m->tq, until - .2, until - 1.);
+    trapq_finalize(m->filament, until - .2, until - 1.);
     if (!ret)
         check(m);
     return ret;
@@ -245,6 +283,8 @@ home(struct machine *m)
     static const uint8_t text[] = { 9, 9 };
     int ret = trapq_set_position(m->tq, m->time + 1., there);
 
+    if (!ret)
+        ret = trapq_set_position(m->filament, m->time + 1., there);
     for (int i = 0; i < STEPPERS && !ret; i++) {
         int64_t clock = (int64_t)((m->time + 1.) * FREQ);
         ret = stepcompress_reset(m->sc[i], clock);
@@ -256,6 +296,7 @@ home(struct machine *m)
     }
     for (int i = 0; i < 3; i++)
         m->position[i] = there[i];
+    m->pushed = there[0];
     m->time += 1.5;
     return ret;
 }
