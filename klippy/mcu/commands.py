@@ -21,6 +21,12 @@ class CommandWrapper:
         self._serial.raw_send(
             self._command.encode(data), minclock, reqclock, self._queue)
 
+    def send_notify(self, data=()):
+        """Like send(); returns a completion of the acknowledgement's times, of None
+        if the link closes before."""
+        return self._serial.raw_send_notify(
+            self._command.encode(data), queue=self._queue)
+
     def send_wait_ack(self, data=(), minclock=0, reqclock=0):
         """Like send(), and wait until the mcu has acknowledged it."""
         self._serial.raw_send_wait_ack(

@@ -11,6 +11,9 @@ METHODS = {"arduino": "arduino", "cheetah": "cheetah", "command": "command",
 RESET_BAUD = 2400
 USB_POWER = "/sys/devices/platform/soc/*.usb/buspower"
 SETTLE_TIME = 0.015
+# So long (s) a sign of a restart is waited for; a link that was cut may take longer to
+# bring the command there, and then the next start sees to it
+ANSWER_LIMIT = 0.5
 REBOOT_TIME = 2.
 
 
@@ -73,11 +76,28 @@ class McuRestart:
             # works only while shut down
             self._mcu.send_emergency_stop()
             self._pause(SETTLE_TIME)
-        # that the mcu starts is what we want
-        self._mcu.get_serial().register_response(None, "starting")
-        command.send()
+        is_done = self._send_and_follow(command)
         self._pause(SETTLE_TIME)
         self._mcu.close_link()
+        if not is_done:
+            raise McuError("Mcu '%s' did not confirm its restart"
+                           % (self._mcu.get_name(),))
+
+    def _send_and_follow(self, command):
+        """Send a reset and wait for a sign of it.  Returns False if there was none.
+
+        A chip with a port of its own vanishes, another one says that it starts, and
+        firmware may acknowledge before it does either.
+        """
+        starts = []
+        self._mcu.get_serial().register_response(starts.append, "starting")
+        answer = command.send_notify()
+        limit = self._reactor.monotonic() + ANSWER_LIMIT
+        while not (starts or answer.test()) and self._mcu.is_link_active():
+            if self._reactor.monotonic() > limit:
+                return False
+            self._pause(SETTLE_TIME)
+        return True
 
     def _run_power(self):
         """Switch a simulated mcu off and on."""

@@ -59,6 +59,8 @@ JOB = "G28\nG90\nM83\nG1 X100 Y100 Z5 F6000\n" + "".join(
     for i in range(200)) + "M400\n"
 END = [119., 113.]
 BACK_LIMIT = 2.
+# From a board's return to the first readings of its sensors
+READ_LIMIT = 2.
 SETUP = ("SET_FAN_SPEED FAN=blower SPEED=0.7\nSET_PIN PIN=lamp VALUE=1\n"
          "SET_LED LED=strip RED=1 INDEX=2\n"
          "SET_HEATER_TEMPERATURE HEATER=dryer TARGET=60")
@@ -103,6 +105,10 @@ class Aux:
         assert not self.is_gone() and self.host.info()["state"] == "ready"
         assert self.read_blower() == pytest.approx(0.7, abs=0.05)
         assert self.lamp.level == 1
+        limit = self.host.reactor.monotonic() + READ_LIMIT
+        while not status("temperature_sensor chamber")["temperature"]:
+            assert self.host.reactor.monotonic() < limit
+            self.host.pause(0.1)
         assert 15. < status("temperature_sensor chamber")["temperature"] < 40.
         assert 10. < status("heater_generic dryer")["temperature"] < 80.
         bay = status("temperature_fan bay")

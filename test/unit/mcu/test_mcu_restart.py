@@ -3,7 +3,10 @@
 
 import types
 
-from klippy.mcu.restart import list_behind
+import pytest
+
+from klippy.errors import McuError
+from klippy.mcu.restart import McuRestart, list_behind
 
 
 def make_mcu(is_bridge=False, is_on_canbus=True):
@@ -21,3 +24,78 @@ def test_boards_behind_an_adapter():
 def test_two_adapters_do_not_wait_for_each_other():
     first, second = make_mcu(True), make_mcu(True)
     assert list_behind(first, [first, second]) == []
+
+
+class Reactor:
+    """Time that passes by pauses."""
+
+    def __init__(self):
+        self.now = 0.
+
+    def monotonic(self):
+        return self.now
+
+    def pause(self, until):
+        self.now = until
+
+
+class Chip:
+    """An mcu that gives a sign of its restart, or none, `delay` s after it."""
+
+    def __init__(self, sign, delay):
+        self.reactor, self.sign, self.delay = Reactor(), sign, delay
+        self.starts, self.is_closed = None, False
+
+    def is_due(self, sign):
+        return self.sign == sign and self.reactor.now >= self.delay
+
+    def get_printer(self):
+        return types.SimpleNamespace(get_reactor=lambda: self.reactor)
+
+    def get_name(self):
+        return "mcu"
+
+    def get_serial(self):
+        def register(callback, name):
+            assert name == "starting"
+            self.starts = callback
+        return types.SimpleNamespace(register_response=register)
+
+    def try_lookup_command(self, name):
+        return self if name == "reset" else None
+
+    def send_notify(self):
+        return types.SimpleNamespace(test=lambda: self.is_due("ack"))
+
+    def is_link_active(self):
+        if self.is_due("starting"):
+            self.starts({})
+        return not self.is_due("gone")
+
+    def close_link(self):
+        self.is_closed = True
+
+
+def restart(sign, delay):
+    """Restart such a chip by its command; returns it."""
+    chip = Chip(sign, delay)
+    method = McuRestart(chip, "command", types.SimpleNamespace(
+        get_machine=lambda: None))
+    method.lookup_commands()
+    try:
+        method.run()
+    finally:
+        assert chip.is_closed
+    return chip
+
+
+@pytest.mark.parametrize("sign", ["ack", "starting", "gone"])
+def test_a_restart_waits_for_its_sign(sign):
+    assert 0.2 < restart(sign, 0.2).reactor.now < 0.3
+
+
+@pytest.mark.parametrize("sign", ["ack", "none"])
+def test_a_restart_that_nobody_confirms(sign):
+    """As behind a cable that was cut: who restarts must not think it was done."""
+    with pytest.raises(McuError, match="did not confirm"):
+        restart(sign, 1.)
