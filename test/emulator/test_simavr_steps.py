@@ -34,6 +34,34 @@ def test_slow_steps_are_not_kept_waiting(board):
     assert run.find_failure(15) is None
 
 
+class StartingRun(SteadyRun):
+    """One motor steps steadily while another one is started again and again."""
+
+    def _queue(self, n_motors):
+        super()._queue(n_motors - 1)
+
+    def _watch(self, seconds):
+        board = self.board
+        end = self.start + round(seconds * board.freq)
+        while board.clock < end:
+            clock = board.clock + round(0.03 * board.freq)
+            board.send("reset_step_clock", oid=1, clock=clock % 2**32)
+            board.send("queue_step", oid=1, interval=100, count=1, add=0)
+            board.run_for(0.0371)
+
+    def _judge(self, step_pins):
+        super()._judge(step_pins[:1])
+        self.starts = sum(pin == step_pins[1] and level
+                          for _, pin, level in self.board.edges)
+
+
+def test_an_idle_motor_starts_between_steps_of_others(board):
+    """The way into the list of events takes longer than this bound."""
+    run = StartingRun(board, 2, 907, 4.0)
+    assert run.starts > 50
+    assert run.find_failure(20) is None
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("interval", range(90, 1290, 50))
 @pytest.mark.parametrize("n_motors", [1, 3])
