@@ -6,10 +6,7 @@
  * is; the thread owns `value` while it is ASKED or DROPPED. */
 #include <errno.h>
 #include <fcntl.h>
-#include <pthread.h>
-#include <sched.h>
 #include <semaphore.h>
-#include <signal.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,6 +15,7 @@
 #include "devices.h"
 #include "pins.h"
 #include "process.h"
+#include "worker.h"
 
 #define RAW "sys/bus/iio/devices/iio:device0/in_voltage%u_raw"
 #define ASK_AGAIN_TICKS (CONFIG_CLOCK_FREQ / 10000)
@@ -79,27 +77,14 @@ static void *read_inputs(void *unused)
     return unused;
 }
 
-/* It takes no signals and no priority from the main thread. */
 static int start_thread(void)
 {
-    struct sched_param param = { .sched_priority = 0 };
-    pthread_attr_t attr;
-    pthread_t thread;
-    sigset_t all, before;
     int error;
 
     sem_init(&questions, 0, 0);
-    pthread_attr_init(&attr);
-    pthread_attr_setinheritsched(&attr, PTHREAD_EXPLICIT_SCHED);
-    pthread_attr_setschedpolicy(&attr, SCHED_OTHER);
-    pthread_attr_setschedparam(&attr, &param);
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before);
-    error = pthread_create(&thread, &attr, read_inputs, NULL);
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
-    pthread_attr_destroy(&attr);
+    error = worker_start(read_inputs);
     has_thread = !error;
-    return -error;
+    return error;
 }
 
 static int iio_open(uint32_t number)

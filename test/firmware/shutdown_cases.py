@@ -181,6 +181,7 @@ CASES = {
 # that does not name the text.
 LINUX = "test/firmware/test_fw_linux.py"
 LINUX_DEVICES = "test/firmware/linux_devices.c"
+SLOW_DEVICES = "test/firmware/test_fw_linux_slow_devices.py"
 ELSEWHERE = {
     **dict.fromkeys(("Invalid sdio bus", "Invalid sdio buffer offset"),
                     "test/emulator/test_unicorn_sdio.py::test_refused"),
@@ -202,10 +203,23 @@ ELSEWHERE = {
     "PRU does not support push/pull pins": "test/emulator/test_pru.py",
     "Spi mode cannot be set": LINUX_DEVICES + "::test_spi_that_fails",
     "Spi transfer failed": LINUX_DEVICES + "::test_spi_that_fails",
+    **dict.fromkeys((
+        "All PCA9685 channels must have the same cycle_ticks",
+        "DS18B20 out of range", "DS18B20 sensor didn't respond in time",
+        "Error reading DS18B20 sensor",
+        "Invalid DS18B20 serial id, could not open for reading",
+        "Invalid DS18B20 serial id, must not contain '/'",
+        "Invalid pca9685 channel or value", "Invalid pca9685 value",
+        "Missed scheduling of next pca9685 event",
+        "Scheduled pca9685 event will exceed max_duration",
+        "Unable to open and init PCA9685 device", "Unable to update PCA9685 value"),
+        SLOW_DEVICES),
     "config_reset only available when shutdown": LINUX,
 }
 
 NO_CASE = {
+    "Could not start DS18B20 reader thread":
+        "the system has no room for another thread",
     "Invalid move request size":
         "guards the firmware's own code: whoever asks for cells makes an object"
         " first, and that fails with 'Already finalized'",
