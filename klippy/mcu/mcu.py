@@ -24,6 +24,9 @@ from klippy.mcu.stats import McuStats
 
 # Start argument: names of mcus that a firmware restart did not reach
 NOT_RESTARTED = "not_restarted"
+# ... and how often each was restarted once more for being shut down still
+RESTART_TRIES = "restart_tries"
+MAX_TRIES = 1
 # Leaves the compression of steps a window of 6 us
 MAX_STEP_LATENCY = 0.000044
 MAX_STEPPER_ERROR = 0.000025
@@ -216,6 +219,7 @@ class MCU:
             self._note_error("protocol", err)
             raise
         self._is_configured = True
+        self._printer.get_start_args().get(RESTART_TRIES, {}).pop(self._name, None)
         machine = self._connection.get_machine()
         if machine is not None:
             machine.note_configured(self._name, self._config.config_cmds)
@@ -234,7 +238,7 @@ class MCU:
             raise McuError("MCU '%s' error during config: %s"
                            % (self._name, self._faults.shutdown_msg))
         if params["is_shutdown"]:
-            self._demand_restart("it is shut down from before")
+            self._demand_restart("it is shut down from before", MAX_TRIES)
             raise McuError("Can not update MCU '%s' config as it is shutdown"
                            % (self._name,))
         return params
@@ -261,15 +265,19 @@ class MCU:
         return (args.get("start_reason") == "firmware_restart"
                 and self._name not in args.get(NOT_RESTARTED, ()))
 
-    def _demand_restart(self, reason):
+    def _demand_restart(self, reason, max_tries=0):
         """Have the host restart all firmware, unless that was just done.
 
-        An mcu that may be absent is restarted alone, and connected anew.
+        max_tries: so often once more, though it was said to be done.  An mcu that may
+        be absent is restarted alone, and connected anew.
         """
         if self._absence is not None:
             self._absence.restart(self._restart, reason)
+        tries = self._printer.get_start_args().setdefault(RESTART_TRIES, {})
         if self._was_restarted():
-            return
+            if tries.get(self._name, 0) >= max_tries:
+                return
+            tries[self._name] = tries.get(self._name, 0) + 1
         self._printer.get_start_args().get(NOT_RESTARTED, set()).discard(self._name)
         logging.info("mcu '%s': attempting a restart: %s", self._name, reason)
         self._printer.request_exit("firmware_restart")

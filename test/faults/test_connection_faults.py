@@ -21,6 +21,7 @@ from machine_configs import BED, make_axes, make_two_mcus
 
 from klippy import serialhdl
 from klippy.errors import McuError
+from klippy.mcu.restart import McuRestart
 from klippy.reactor import Reactor
 from klippy_ext.hostclock import RealClock
 
@@ -465,3 +466,30 @@ def test_quiet_start(make_host, tmp_path, all_logs):
         lambda host: host.pause(2.), lambda host: host.pause(2.))
     unknown = [r for r in all_logs.records if "unknown message" in r.getMessage()]
     assert unknown and all(r.levelno == logging.DEBUG for r in unknown)
+
+
+def test_a_reset_that_was_lost_is_tried_again(make_host, tmp_path, monkeypatch):
+    """The board was said to be restarted, but still is shut down."""
+    runs, run = [], McuRestart.run
+
+    def lose_first(restart):
+        runs.append(restart)
+        if len(runs) == 1:
+            restart._mcu.close_link()
+        else:
+            run(restart)
+
+    monkeypatch.setattr(McuRestart, "run", lose_first)
+    host = make_host(make_config(tmp_path))
+
+    def stop(host):
+        host.client.send("emergency_stop")
+        wait_for_state(host, "shutdown", 5.)
+
+    def follow(host):
+        if host.info()["state"] != "ready":
+            host.pause(5.)      # it restarts by itself
+        assert host.info()["state"] == "ready", host.info()
+        assert len(runs) == 2
+
+    host.run_boots(stop, follow, restart="gcode/firmware_restart")
