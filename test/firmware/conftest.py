@@ -3,12 +3,19 @@
 
 import pytest
 import simboard
+from linux_board import build_linux
 from simboard import SimBoard, build_simulator
 
 
 @pytest.fixture(scope="session")
 def simulator_so():
     return build_simulator()
+
+
+@pytest.fixture(scope="session")
+def linux_elf():
+    """The linux firmware's program."""
+    return build_linux()
 
 
 @pytest.fixture(autouse=True)

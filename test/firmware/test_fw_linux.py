@@ -11,7 +11,7 @@ import struct
 
 import linux_bench
 import pytest
-from linux_board import FREQ, LinuxBoard, build_linux
+from linux_board import FREQ, LinuxBoard
 
 STEP, DIR, SWITCH, LED, FAN = "gpio1", "gpio2", "gpio3", "gpio4", "gpio5"
 INTERVAL = 5000          # ticks: 10,000 steps/s
@@ -20,11 +20,6 @@ RULES = """
 stepper x %s %s
 switch %s 1 below -50 x 1   # pressed from the 51st step back
 """ % (STEP, DIR, SWITCH)
-
-
-@pytest.fixture(scope="session")
-def linux_elf():
-    return build_linux()
 
 
 @pytest.fixture

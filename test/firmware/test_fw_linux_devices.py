@@ -15,17 +15,11 @@ from linux_board import (
     ROOT,
     LinuxHost,
     LinuxProcess,
-    build_linux,
     wait_for,
 )
 
 PWM = "sys/class/pwm/pwmchip2"
 IIO = "sys/bus/iio/devices/iio:device0"
-
-
-@pytest.fixture(scope="session")
-def linux_elf():
-    return build_linux()
 
 
 def test_gpio_spi_and_i2c(linux_elf, tmp_path):

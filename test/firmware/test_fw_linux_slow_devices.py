@@ -8,18 +8,13 @@ by a library that is loaded before the firmware (linux_preload.c).
 import subprocess
 
 import pytest
-from linux_board import FREQ, ROOT, build_linux
+from linux_board import FREQ, ROOT
 from test_fw_linux_devices import Computer
 
 SERIAL = "28-0316a2794dff"
 FILE = "sys/bus/w1/devices/%s/w1_slave"
 REST = FREQ // 5
 RELAXED = ("--max-late", "10000")
-
-
-@pytest.fixture(scope="session")
-def linux_elf():
-    return build_linux()
 
 
 @pytest.fixture(scope="session")

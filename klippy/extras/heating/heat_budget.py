@@ -11,7 +11,7 @@ Nothing is decided by what the power looks like, so that a draft, a weak supply
 or a cold plate cost at most a dip.  A reading that follows, but is wrong by a
 slowly growing offset, is not found here.
 """
-from dataclasses import dataclass
+from klippy.record import record
 
 # Faults that update() returns
 NONE, DEAD = 0, 5
@@ -26,7 +26,7 @@ LATEST = 2.0
 MOST_LOSSES = 0.9
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class BudgetTraits:
     """What a cut waits for.
 

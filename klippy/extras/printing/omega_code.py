@@ -4,7 +4,7 @@
 `O20 D0`: O, a number, then words, each a letter (D, U) and its value.  Numbers are
 hexadecimal unless said otherwise.  See docs/internals/palette2.md.
 """
-from dataclasses import dataclass
+from klippy.record import record
 
 HEARTBEAT, HEARTBEAT_ANSWER = "O99", "Connection Okay"
 ASK_VERSION = "O50"
@@ -19,7 +19,7 @@ FILE_NAME, NO_MORE_FILES = "O51 D%s", "O52"
 WORD_LETTERS = "DU"
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class OmegaCode:
     """A line of the device: its number, and its words as (letter, value) texts."""
 

@@ -7,7 +7,7 @@ maker's reference has to be known.  As a reading alone tells nothing, it is
 the host that keeps watch over the range.
 Source: data sheet DS60001507, 45.6.3.1 and the temperature log row (9.6).
 """
-from dataclasses import dataclass
+from klippy.record import record
 
 FALLING_PIN = "ADC_TEMPERATURE_CTAT"
 FAMILIES = ("samd51", "same51", "same53", "same54")
@@ -15,7 +15,7 @@ LOG_ROW = 0x00800100
 N_LOG_WORDS = 3
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Reading:
     """Readings of both sensors at a temperature in degC."""
 
