@@ -5,28 +5,25 @@ A heater without a model (another control, not measured yet, in MPC_CALIBRATE)
 has the temperature of its own sensor, and a usual room around it.
 """
 from klippy.extras.control_mpc import USUAL_ROOM
-
-REPORT_TIME = 0.300         # s
-ABSOLUTE_ZERO = -273.15
+from klippy.extras.polled_sensor import PolledSensor
 
 
-class MpcTemperature:
-    """A sensor of one heater's model; kinds say which temperature it reads."""
+class MpcTemperature(PolledSensor):
+    """A sensor of one heater's model; kinds say which temperature it reads.
+
+    With ignore_limits it does not shut down outside of them.
+    """
 
     what = ""
 
     def __init__(self, config):
-        self.printer = printer = config.get_printer()
-        self.reactor = printer.get_reactor()
-        self.section = config.get_name()
+        super().__init__(config)
+        printer = self.printer
         self.heater_name = config.get("heater_name")
         self.is_free = config.getboolean("ignore_limits", False)
         self.is_loud = config.getboolean("echo_limits_to_console", False)
-        self.range = (ABSOLUTE_ZERO, float("inf"))
         self.is_outside = False
         self.heater = None
-        self.callback = None
-        self.timer = self.reactor.register_timer(self._report)
         printer.register_event_handler("klippy:connect", self._handle_connect)
         printer.register_event_handler("klippy:ready", self._handle_ready)
 
@@ -40,20 +37,8 @@ class MpcTemperature:
         self.heater = heaters.lookup_heater(self.heater_name.split()[-1])
 
     def _handle_ready(self):
-        if self.printer.get_start_args().get("debugoutput") is None:
+        if self.is_live():
             self.reactor.update_timer(self.timer, self.reactor.NOW)
-
-    def setup_minmax(self, min_temp, max_temp):
-        """Shut down outside min_temp..max_temp (degC), unless ignore_limits."""
-        self.range = (min_temp, max_temp)
-
-    def setup_callback(self, callback):
-        """Call callback(print_time, degC) at each report."""
-        self.callback = callback
-
-    def get_report_time_delta(self):
-        """Seconds between two reports."""
-        return REPORT_TIME
 
     def read_model(self, stats):
         """degC from control_stats of the heater."""
@@ -65,16 +50,14 @@ class MpcTemperature:
 
     def _report(self, eventtime):
         if not self.heater.last_temp_time:
-            return eventtime + REPORT_TIME              # it has no reading yet
+            return eventtime + self.report_time         # it has no reading yet
         status = self.heater.get_status(eventtime)
         stats = status.get("control_stats")
         temp = (self.read_without_model(status["temperature"]) if stats is None
                 else self.read_model(stats))
         if not self._check(temp):
             return self.reactor.NEVER
-        mcu = self.printer.lookup_object("mcu")
-        self.callback(mcu.estimated_print_time(eventtime), temp)
-        return eventtime + REPORT_TIME
+        return self._deliver(eventtime, temp)
 
     def _check(self, temp):
         """False, and a shutdown, outside limits that count."""

@@ -1,30 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """sensor_type temperature_combined: one temperature made of several sensors."""
 
-REPORT_TIME = 0.300         # s
+from klippy.extras.polled_sensor import PolledSensor
+
 # All sensors have reported by then (s after ready)
 START_DELAY = 3.0
-ABSOLUTE_ZERO = -273.15
 METHODS = {"min": min, "max": max, "mean": lambda values: sum(values) / len(values)}
 OTHER_FIELDS = ("humidity", "pressure", "gas")
 
 
-class PrinterSensorCombined:
+class PrinterSensorCombined(PolledSensor):
     """A sensor; status: temperature in degC, and what all of its sensors have."""
 
     def __init__(self, config):
-        self.printer = printer = config.get_printer()
-        self.reactor = printer.get_reactor()
-        self.section = config.get_name()
+        super().__init__(config)
+        printer = self.printer
         self.sensor_names = config.getlist("sensor_list")
         self.max_deviation = config.getfloat("maximum_deviation", above=0.0)
         self.combine = config.getchoice("combination_method", METHODS)
         self.sensors = []
-        self.temp, self.range = 0.0, (ABSOLUTE_ZERO, float("inf"))
+        self.temp = 0.0
         self.values = dict.fromkeys(OTHER_FIELDS)
-        self.callback = None
         self.check_time = self.reactor.NEVER
-        self.timer = self.reactor.register_timer(self._report)
         printer.add_object(
             "temperature_combined " + self.section.split()[-1], self)
         printer.register_event_handler("klippy:connect", self._handle_connect)
@@ -43,23 +40,11 @@ class PrinterSensorCombined:
             self.sensors.append(sensor)
 
     def _handle_ready(self):
-        if self.printer.get_start_args().get("debugoutput") is not None:
+        if not self.is_live():
             return
         now = self.reactor.monotonic()
         self.check_time = now + START_DELAY
-        self.reactor.update_timer(self.timer, now + REPORT_TIME)
-
-    def setup_minmax(self, min_temp, max_temp):
-        """Shut down outside min_temp..max_temp (degC)."""
-        self.range = (min_temp, max_temp)
-
-    def setup_callback(self, callback):
-        """Call callback(print_time, degC) at each report."""
-        self.callback = callback
-
-    def get_report_time_delta(self):
-        """Seconds between two reports."""
-        return REPORT_TIME
+        self.reactor.update_timer(self.timer, now + self.report_time)
 
     def _report(self, eventtime):
         states = [sensor.get_status(eventtime) for sensor in self.sensors]
@@ -70,9 +55,7 @@ class PrinterSensorCombined:
         for field in OTHER_FIELDS:
             found = [state.get(field) for state in states]
             self.values[field] = None if None in found else self.combine(found)
-        mcu = self.printer.lookup_object("mcu")
-        self.callback(mcu.estimated_print_time(eventtime), self.temp)
-        return eventtime + REPORT_TIME
+        return self._deliver(eventtime, self.temp)
 
     def _check(self, temps):
         """False, and a shutdown, if the readings cannot be trusted."""

@@ -6,32 +6,28 @@ simulated machine without that file it is the room's temperature.
 """
 import logging
 
-REPORT_TIME = 1.0           # s
-ABSOLUTE_ZERO = -273.15
+from klippy.extras.polled_sensor import PolledSensor
+
 DEFAULT_PATH = "/sys/class/thermal/thermal_zone0/temp"
 
 
-class TemperatureHost:
+class TemperatureHost(PolledSensor):
     """A sensor; status: temperature in degC."""
 
+    report_time = 1.0
+
     def __init__(self, config):
-        self.printer = printer = config.get_printer()
-        self.reactor = printer.get_reactor()
-        self.name = config.get_name().split()[-1]
-        self.section = config.get_name()
+        super().__init__(config)
+        printer = self.printer
+        self.name = self.section.split()[-1]
         self.path = config.get("sensor_path", DEFAULT_PATH)
-        self.temp, self.range = 0.0, (ABSOLUTE_ZERO, float("inf"))
-        self.callback = None
+        self.temp = 0.0
         self.is_failing = False
-        self.timer = self.reactor.register_timer(self._report)
         self.room = self._find_room()
         printer.add_object("temperature_host " + self.name, self)
-        if self._is_live():
+        if self.is_live():
             self._check_file(config)
             printer.register_event_handler("klippy:connect", self._start)
-
-    def _is_live(self):
-        return self.printer.get_start_args().get("debugoutput") is None
 
     def _find_room(self):
         machine = self.printer.get_start_args().get("machine")
@@ -58,18 +54,6 @@ class TemperatureHost:
                 raise
             return self.room
 
-    def setup_minmax(self, min_temp, max_temp):
-        """Shut down outside min_temp..max_temp (degC)."""
-        self.range = (min_temp, max_temp)
-
-    def setup_callback(self, callback):
-        """Call callback(print_time, degC) at each report."""
-        self.callback = callback
-
-    def get_report_time_delta(self):
-        """Seconds between two reports."""
-        return REPORT_TIME
-
     def _report(self, eventtime):
         try:
             self.temp = self._read()
@@ -77,7 +61,7 @@ class TemperatureHost:
             if not self.is_failing:
                 logging.warning("[%s]: %s: %s", self.section, self.path, err)
             self.is_failing = True
-            return eventtime + REPORT_TIME
+            return eventtime + self.report_time
         self.is_failing = False
         low, high = self.range
         if not low <= self.temp <= high:
@@ -85,9 +69,7 @@ class TemperatureHost:
                 "Sensor of '%s' (temperature_host) reads %.1f degC, outside its range"
                 " %.1f..%.1f" % (self.section, self.temp, low, high))
             return self.reactor.NEVER
-        mcu = self.printer.lookup_object("mcu")
-        self.callback(mcu.estimated_print_time(eventtime), self.temp)
-        return eventtime + REPORT_TIME
+        return self._deliver(eventtime, self.temp)
 
     def get_status(self, eventtime):
         return {"temperature": round(self.temp, 2)}
