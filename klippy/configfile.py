@@ -350,6 +350,7 @@ class PrinterConfig:
             errors.extend(self._unknown_option(store, section, option)
                           for option in store.options(section)
                           if option not in known
+                          and (section, option) not in store.referenced
                           and not store.is_saved(section, option))
         self._build_settings()
         if errors:

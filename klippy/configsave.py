@@ -87,7 +87,7 @@ def find_overridden(store, saved):
             found[section, option] = store.overridden[section, option]
         elif (option in store.options(section) and place is not None
                 and not store.is_saved(section, option) and place.path != store.path):
-            found[section, option] = store.get(section, option)
+            found[section, option] = store.get_written(section, option)
     return found
 
 
@@ -169,7 +169,7 @@ class ConfigSaver:
         """Take over what the config file's block holds."""
         self.saved, self.store = {}, store
         for section in store.sections():
-            options = {option: store.get(section, option)
+            options = {option: store.get_written(section, option)
                        for option in store.options(section)
                        if store.is_saved(section, option)}
             if options:

@@ -40,12 +40,16 @@ def shorten(text, limit=60):
 
 
 class Entry:
-    """One option: its value as written, where, and whether SAVE_CONFIG wrote it."""
+    """One option: its value, where it is, and whether SAVE_CONFIG wrote it.
 
-    __slots__ = ("value", "place", "is_saved")
+    written: the value in the file, before references in it were replaced.
+    """
+
+    __slots__ = ("value", "place", "is_saved", "written")
 
     def __init__(self, value, place, is_saved=False):
-        self.value, self.place, self.is_saved = value, place, is_saved
+        self.value = self.written = value
+        self.place, self.is_saved = place, is_saved
 
 
 class ConfigStore:
@@ -64,6 +68,7 @@ class ConfigStore:
         # (section, option) -> value below the saved one, in an included file
         self.overridden = {}
         self.asked = {}
+        self.referenced = set()     # (section, option) that other values refer to
 
     # The part that plug-ins know
 
@@ -87,12 +92,23 @@ class ConfigStore:
         return option in self._sections.get(section, ())
 
     def get(self, section, option):
-        """Value as written.  Raises ConfigError if it is not set."""
+        """Value of an option.  Raises ConfigError if it is not set."""
+        return self._find(section, option).value
+
+    def get_written(self, section, option):
+        """As get(), with the references that the file has."""
+        return self._find(section, option).written
+
+    def expand(self, section, option, value):
+        """Replace the value of an option by that without references."""
+        self._find(section, option).value = value
+
+    def _find(self, section, option):
         entry = self._sections.get(section, {}).get(option.lower())
         if entry is None:
             raise ConfigError("There is no option '%s' in section [%s]"
                               % (option, section), self.get_place(section))
-        return entry.value
+        return entry
 
     def items(self, section):
         """Pairs of option and value of a section."""
@@ -332,7 +348,7 @@ class ConfigReader:
         self.store = ConfigStore()
         self.errors = []
         self.parsers = []               # of the files that are open, main first
-        self.is_saved = False
+        self.is_saved = self.has_references = False
         self.known = {}                 # what saved values are known to override
         self.first_in_file = {}         # (path, section, option) -> Place
         self.seen_in_file = set()
@@ -344,6 +360,9 @@ class ConfigReader:
         if text is not None:
             lines = split_lines(text)
             self._read_main(str(path), lines)
+        if self.has_references:
+            from klippy import configrefs
+            self.errors.extend(configrefs.expand(self.store))
         if self.errors:
             raise collect(self.errors)
         return self.store
@@ -372,6 +391,7 @@ class ConfigReader:
             with open(path, "rb") as source:
                 data = source.read()
             if not data.startswith(_UTF_16):
+                self.has_references |= b"${" in data
                 return decode(data)
             self.errors.append(ConfigError(
                 "the file is in UTF-16: save it as UTF-8", Place(str(path), 1)))

@@ -142,7 +142,8 @@ def name_patterns(section, prefixes):
                  and name != prefix]
         for name in names:
             option = section.options.pop(name)
-            option.name = prefix + ("" if prefix.endswith("_") else "_") + "<name>"
+            joint = "" if not prefix or prefix.endswith("_") else "_"
+            option.name = prefix + joint + "<name>"
             option.needed = False
             section.options[option.name] = option
 
