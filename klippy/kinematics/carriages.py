@@ -6,7 +6,8 @@ its axis, follows it mirrored, or rests.  See docs/internals/kinematics.md.
 """
 
 from klippy.errors import CommandError
-from klippy.kinematics.limits import AXES, MoveLimits, list_axes
+from klippy.kinematics.box import BoxMachine
+from klippy.kinematics.limits import list_axes
 from klippy.kinematics.linear import home_axis
 from klippy_ext.kin_linear import LinearKinematics
 
@@ -102,7 +103,7 @@ class Motor:
         self.is_resting = not any(row)
 
 
-class CarriageMachine:
+class CarriageMachine(BoxMachine):
     """Carriages, each axis with one that is primary, and the motors that move them.
 
     carriages: list of Carriage, that first of an axis being primary.
@@ -110,10 +111,9 @@ class CarriageMachine:
     """
 
     def __init__(self, toolhead, config, carriages, weights):
-        self.printer, self.toolhead = config.get_printer(), toolhead
-        self.carriages = carriages
+        super().__init__(config, [carriage.rail for carriage in carriages])
+        self.toolhead, self.carriages = toolhead, carriages
         self.motors = [Motor(stepper, row) for stepper, row in weights]
-        self.rails = [carriage.rail for carriage in carriages]
         self.is_switching = False
         try:
             self.invert()
@@ -122,17 +122,12 @@ class CarriageMachine:
         for motor in self.motors:
             motor.stepper.set_trapq(toolhead.get_trapq())
         self._share_endstops()
-        velocity, accel = toolhead.get_max_velocity()
-        self.limits = MoveLimits(
-            [self.find_primary(axis).rail.get_range() for axis in range(3)],
-            config.getfloat("max_z_velocity", velocity, above=0., maxval=velocity),
-            config.getfloat("max_z_accel", accel, above=0., maxval=accel))
+        self.open_box(toolhead, config, [
+            self.find_primary(axis).rail.get_range() for axis in range(3)])
         self.connect()
         self._check_room(config)
         for motor in self.motors:
             motor.stepper.set_position([0., 0., 0.])
-        self.printer.register_event_handler("stepper_enable:motor_off",
-                                            self._handle_motor_off)
 
     def invert(self):
         """Work out where carriages are by motors.
@@ -162,9 +157,6 @@ class CarriageMachine:
                     " room for '%s', which could go from %.3f to %.3f" % (
                         self.list_carriages(axis)[1].name,
                         self.find_primary(axis).name, low, high))
-
-    def _handle_motor_off(self, print_time):
-        self.clear_homing_state(AXES)
 
     # Carriages
 
@@ -241,29 +233,7 @@ class CarriageMachine:
             for motor in self.motors:
                 if not motor.is_resting:
                     motor.stepper.set_position(newpos)
-        for axis in list_axes(homing_axes):
-            self.limits.set_homed(axis)
-
-    def clear_homing_state(self, clear_axes):
-        """The axes ("xyz") must be homed again."""
-        for axis in list_axes(clear_axes):
-            self.limits.clear_homed(axis)
-
-    def note_z_not_homed(self):
-        """Old name of clear_homing_state("z")."""
-        self.clear_homing_state("z")
-
-    def check_move(self, move):
-        """Raises CommandError if a move leaves the ranges; slows one in z."""
-        return self.limits.check_move(move)
-
-    def accepts_arc(self, arc):
-        """True: motors follow every arc."""
-        return True
-
-    def check_arc(self, move):
-        """As check_move(), for a move along an arc."""
-        return self.limits.check_arc(move)
+        self.set_homed(list_axes(homing_axes))
 
     # Homing
 
@@ -292,10 +262,6 @@ class CarriageMachine:
             self.limits.set_range(axis, *carriage.rail.get_range())
             home_axis(homing_state, axis, carriage.rail)
         self.switch(axis, make_modes(carriages, last))
-
-    def get_status(self, eventtime):
-        """homed_axes, axis_minimum, axis_maximum of printer.toolhead."""
-        return self.limits.get_status()
 
 
 def is_left(first, second):

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 cimport cython
 
+from klippy.kinematics.arms cimport ArmsMachine
 from klippy.lookahead cimport Move
-from klippy.units cimport mm_s2_t, mm_s_t, mm_t
+from klippy.units cimport mm_s2_t, mm_t
 
 
 @cython.final
@@ -20,20 +21,14 @@ cdef class Tower:
     cpdef double find_over(self, Move move) except? -1.
 
 
-cdef class DeltaKinematics:
-    cdef dict __dict__
-    cdef object __weakref__
-    cdef public object printer
-    cdef public list rails, towers
-    cdef public mm_s_t max_velocity, max_z_velocity
-    cdef public mm_s2_t max_accel, max_z_accel
-    cdef readonly bint is_homed
-    cdef readonly mm_t radius, min_z, max_z, max_radius
+cdef class DeltaKinematics(ArmsMachine):
+    cdef public list towers
+    cdef public mm_s2_t max_z_accel
+    cdef readonly mm_t radius
     # No carriage reaches its endstop while the head is below
     cdef readonly mm_t cone_start_z
-    # Squares of the radius up to which moves are allowed, and are not slowed
-    cdef double max_radius2, slow_radius2, min_arm2
-    cdef readonly list home_position
+    # Square of the radius up to which moves are not slowed
+    cdef double slow_radius2, min_arm2
 
     @cython.locals(reach2=double, other2=double, ratio=double)
     cpdef int check_move(self, Move move) except -1

@@ -10,11 +10,9 @@ import math
 import cython
 
 from klippy import stepper
-from klippy.errors import CommandError
-from klippy.gcode_command import Coord
+from klippy.kinematics.arms import ArmsMachine, find_meeting
 from klippy.kinematics.delta_calibration import DeltaCalibration
 from klippy.kinematics.limits import make_error
-from klippy.mathutil import trilateration
 from klippy_ext import kin_delta
 
 if cython.compiled:
@@ -94,14 +92,11 @@ def read_towers(config, rails, radius):
     return towers
 
 
-class DeltaKinematics:
+class DeltaKinematics(ArmsMachine):
     """Rails stepper_a, stepper_b, stepper_c, which home together."""
 
     def __init__(self, toolhead, config):
-        self.printer = config.get_printer()
-        self.max_velocity, self.max_accel = toolhead.get_max_velocity()
-        self.max_z_velocity = config.getfloat(
-            "max_z_velocity", self.max_velocity, above=0., maxval=self.max_velocity)
+        super().__init__(toolhead, config)
         self.max_z_accel = config.getfloat(
             "max_z_accel", self.max_accel, above=0., maxval=self.max_accel)
         self.radius = config.getfloat("delta_radius", above=0.)
@@ -109,9 +104,6 @@ class DeltaKinematics:
         self.towers = read_towers(config, self.rails, self.radius)
         self._connect_rails(toolhead.get_trapq())
         self._find_room(config)
-        self.is_homed = False
-        self.printer.register_event_handler("stepper_enable:motor_off",
-                                            self._handle_motor_off)
         self.set_position([0., 0., 0.])
 
     def _make_rails(self, config):
@@ -144,8 +136,7 @@ class DeltaKinematics:
         self.cone_start_z = min(tower.top - math.sqrt(tower.arm2)
                                 for tower in self.towers)
         wanted = config.getfloat("print_radius", self.radius, above=0.)
-        self.max_radius = min(wanted, self._find_reach(MAX_RATIO))
-        self.max_radius2 = self.max_radius ** 2
+        self.set_reach(min(wanted, self._find_reach(MAX_RATIO)))
         self.slow_radius2 = max(self._find_reach(SLOW_RATIO), 0.) ** 2
         if self.max_radius <= 0.:
             raise config.error(
@@ -158,49 +149,18 @@ class DeltaKinematics:
         """Radius at which the carriage opposite is `ratio` as fast as the head."""
         return ratio * math.sqrt(self.min_arm2 / (ratio ** 2 + 1.)) - self.radius
 
-    def _handle_motor_off(self, print_time):
-        self.clear_homing_state("xyz")
-
     # Positions
-
-    def get_steppers(self):
-        """All MCU_steppers."""
-        return [motor for rail in self.rails for motor in rail.get_steppers()]
 
     def calc_point(self, carriages):
         """[x, y, z] of the head for the heights of the three carriages.
 
         Raises CommandError if the arms do not meet.
         """
-        try:
-            return trilateration(
-                [(tower.x, tower.y, height)
-                 for tower, height in zip(self.towers, carriages, strict=True)],
-                [tower.arm2 for tower in self.towers])
-        except ValueError as err:
-            raise CommandError("No head is held by carriages at %s: %s" % (
-                ", ".join("%.3f" % height for height in carriages), err)) from None
-
-    def calc_position(self, stepper_positions):
-        """[x, y, z] of the head for {stepper name: position}, mm."""
-        return self.calc_point([stepper_positions[rail.get_name()]
-                                for rail in self.rails])
-
-    def set_position(self, newpos, homing_axes=""):
-        """The head is at newpos; all three axes ("xyz") become homed or none."""
-        for rail in self.rails:
-            rail.set_position(newpos)
-        if len(set(homing_axes)) == 3:
-            self.is_homed = True
-
-    def clear_homing_state(self, clear_axes):
-        """The machine must be homed again, whatever the axis."""
-        if clear_axes:
-            self.is_homed = False
-
-    def note_z_not_homed(self):
-        """Old name of clear_homing_state("z")."""
-        self.clear_homing_state("z")
+        return find_meeting(
+            [(tower.x, tower.y, height)
+             for tower, height in zip(self.towers, carriages, strict=True)],
+            [tower.arm2 for tower in self.towers],
+            "carriages at " + ", ".join("%.3f" % height for height in carriages))
 
     # Moves
 
@@ -209,12 +169,11 @@ class DeltaKinematics:
 
         Raises CommandError if the head or a carriage would leave its room.
         """
-        reach2 = move.end_x * move.end_x + move.end_y * move.end_y
-        if (not self.is_homed or reach2 > self.max_radius2
-                or move.end_z < self.min_z):
-            self._refuse(move)
+        if not self.is_inside(move):
+            self.refuse(move)
         if fmax(move.start_z, move.end_z) > self.cone_start_z:
             self._check_carriages(move)
+        reach2 = move.end_x * move.end_x + move.end_y * move.end_y
         other2 = move.start_x * move.start_x + move.start_y * move.start_y
         reach2 = fmax(reach2, fmin(other2, self.max_radius2))
         if reach2 > self.slow_radius2:
@@ -232,13 +191,7 @@ class DeltaKinematics:
 
     def check_arc(self, move):
         """As check_move(), for a move along an arc around a vertical axis."""
-        _, reach = move.arc.find_nearest(0., 0.)
-        if not self.is_homed or move.end_z < self.min_z:
-            self._refuse(move)
-        if reach > self.max_radius + TOP_SLACK:
-            raise make_error(move, "Move out of range", "the arc goes to %.3f from the"
-                             " center, which is more than %.3f"
-                             % (reach, self.max_radius))
+        reach = self.find_arc_reach(move)
         if move.end_z > self.cone_start_z:
             self._check_arc_carriages(move)
         if reach * reach > self.slow_radius2:
@@ -275,17 +228,6 @@ class DeltaKinematics:
             if over > TOP_SLACK:
                 raise self._make_top_error(move, rail, over)
 
-    def _refuse(self, move):
-        if not self.is_homed:
-            raise make_error(move, "Must home axis first", "no axis is homed")
-        if move.end_z < self.min_z and move.d_z != 0.:
-            raise make_error(move, "Move out of range", "Z %.3f is below %.3f"
-                             % (move.end_z, self.min_z))
-        radius = math.hypot(move.end_x, move.end_y)
-        if radius > self.max_radius and (move.d_x != 0. or move.d_y != 0.):
-            raise make_error(move, "Move out of range", "%.3f from the center is more"
-                             " than %.3f" % (radius, self.max_radius))
-
     # Homing
 
     def home(self, homing_state):
@@ -309,11 +251,7 @@ class DeltaKinematics:
 
     def get_status(self, eventtime):
         """Status of printer.toolhead: homed_axes, ranges, cone_start_z."""
-        edge = self.max_radius
-        return {"homed_axes": "xyz" if self.is_homed else "",
-                "axis_minimum": Coord(-edge, -edge, self.min_z, 0.),
-                "axis_maximum": Coord(edge, edge, self.max_z, 0.),
-                "cone_start_z": self.cone_start_z}
+        return {**super().get_status(eventtime), "cone_start_z": self.cone_start_z}
 
 
 def load_kinematics(toolhead, config):

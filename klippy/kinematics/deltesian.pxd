@@ -1,18 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 cimport cython
 
+from klippy.kinematics.box cimport BoxMachine
 from klippy.kinematics.delta cimport Tower
-from klippy.kinematics.limits cimport MoveLimits
 from klippy.lookahead cimport Move
 from klippy.units cimport mm_s2_t, mm_s_t, mm_t
 
 
-cdef class DeltesianMachine:
-    cdef dict __dict__
-    cdef object __weakref__
-    cdef public object printer
-    cdef public list rails, columns
-    cdef public MoveLimits limits
+cdef class DeltesianMachine(BoxMachine):
+    cdef public list columns
     cdef public mm_s_t max_velocity
     cdef public mm_s2_t max_accel
     # How much faster than the head a carriage may be at full speed

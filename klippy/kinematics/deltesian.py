@@ -10,8 +10,9 @@ import cython
 
 from klippy import stepper
 from klippy.errors import CommandError
+from klippy.kinematics.box import BoxMachine
 from klippy.kinematics.delta import HOMING_MARGIN, TOP_SLACK, Tower
-from klippy.kinematics.limits import AXES, MoveLimits, list_axes, make_error
+from klippy.kinematics.limits import list_axes, make_error
 from klippy.kinematics.linear import home_axis
 from klippy_ext.kin_deltesian import DeltesianKinematics
 from klippy_ext.kin_linear import LinearKinematics
@@ -54,27 +55,20 @@ def find_highest(column, box):
     return box[2][1] + math.sqrt(max(column.arm2 - near * near, 0.))
 
 
-class DeltesianMachine:
+class DeltesianMachine(BoxMachine):
     """Rails stepper_left and stepper_right home together, stepper_y alone."""
 
     def __init__(self, toolhead, config):
-        self.printer = config.get_printer()
-        self.rails = self._make_rails(config)
+        super().__init__(config, self._make_rails(config))
         self.columns = read_columns(config, self.rails[:2])
         self._connect_rails(toolhead.get_trapq())
         self.home_x, self.home_z = self.calc_point(
             [column.top for column in self.columns])
         self.max_velocity, self.max_accel = toolhead.get_max_velocity()
-        self.limits = MoveLimits(
-            [self._read_width(config), self.rails[2].get_range(),
-             self._read_height(config)],
-            config.getfloat("max_z_velocity", self.max_velocity, above=0.,
-                            maxval=self.max_velocity),
-            config.getfloat("max_z_accel", self.max_accel, above=0.,
-                            maxval=self.max_accel))
+        self.open_box(toolhead, config, [
+            self._read_width(config), self.rails[2].get_range(),
+            self._read_height(config)])
         self.slow_ratio = config.getfloat("slow_ratio", SLOW_RATIO, minval=0.)
-        self.printer.register_event_handler("stepper_enable:motor_off",
-                                            self._handle_motor_off)
         self.set_position([0., 0., 0.])
 
     def _make_rails(self, config):
@@ -124,14 +118,7 @@ class DeltesianMachine:
             self.home_z = top
         return low, max(top, self.home_z)
 
-    def _handle_motor_off(self, print_time):
-        self.clear_homing_state(AXES)
-
     # Positions
-
-    def get_steppers(self):
-        """All MCU_steppers."""
-        return [motor for rail in self.rails for motor in rail.get_steppers()]
 
     def calc_point(self, heights):
         """[x, z] of the head for the heights of the carriages.
@@ -156,24 +143,12 @@ class DeltesianMachine:
         x, z = self.calc_point(heights)
         return [x, y, z]
 
-    def set_position(self, newpos, homing_axes=""):
-        """The head is at newpos; the homing_axes ("xyz") become homed by that."""
-        for rail in self.rails:
-            rail.set_position(newpos)
-        for axis in list_axes(homing_axes):
-            self.limits.set_homed(axis)
-
     def clear_homing_state(self, clear_axes):
         """The axes ("xyz") must be homed again; x and z together."""
         axes = list_axes(clear_axes)
         if 0 in axes or 2 in axes:
             axes = [0, 2, *axes]
-        for axis in axes:
-            self.limits.clear_homed(axis)
-
-    def note_z_not_homed(self):
-        """Old name of clear_homing_state("z")."""
-        self.clear_homing_state("z")
+        super().clear_homing_state(axes)
 
     # Moves
 
@@ -258,10 +233,6 @@ class DeltesianMachine:
                                     [self.home_x, None, self.home_z, None])
         if 1 in axes:
             home_axis(homing_state, 1, self.rails[2])
-
-    def get_status(self, eventtime):
-        """homed_axes, axis_minimum, axis_maximum of printer.toolhead."""
-        return self.limits.get_status()
 
 
 def load_kinematics(toolhead, config):

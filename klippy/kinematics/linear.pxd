@@ -1,15 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from klippy.kinematics.limits cimport MoveLimits
-from klippy.lookahead cimport Move
+from klippy.kinematics.box cimport BoxMachine
 
 
-cdef class LinearMachine:
-    cdef dict __dict__
-    cdef object __weakref__
-    cdef public object printer
-    cdef public list rails
-    cdef public MoveLimits limits
+cdef class LinearMachine(BoxMachine):
     # Rows: the position of an axis as a sum of those of the rails
     cdef list inverse
-
-    cpdef int check_move(self, Move move) except -1

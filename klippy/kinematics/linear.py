@@ -5,7 +5,8 @@ A kind is a table of the weights, one row a rail; all else follows from it.
 """
 
 from klippy import stepper
-from klippy.kinematics.limits import AXES, MoveLimits, list_axes
+from klippy.kinematics.box import BoxMachine
+from klippy.kinematics.limits import AXES
 from klippy.mathutil import matrix_cross, matrix_dot
 from klippy_ext.kin_linear import LinearKinematics
 
@@ -32,26 +33,20 @@ def home_axis(homing_state, axis, rail):
     homing_state.home_rails([rail], start, target)
 
 
-class LinearMachine:
+class LinearMachine(BoxMachine):
     """Rails stepper_x, stepper_y, stepper_z; each homes the axis of its name.
 
     weights: three rows, what x, y and z add to the position of each rail.
     """
 
     def __init__(self, toolhead, config, weights):
-        self.printer = config.get_printer()
+        super().__init__(config, [
+            stepper.LookupMultiRail(config.getsection("stepper_" + axis))
+            for axis in AXES])
         self.inverse = invert(weights)
-        self.rails = [stepper.LookupMultiRail(config.getsection("stepper_" + axis))
-                      for axis in AXES]
         self._connect_rails(weights, toolhead.get_trapq())
         self._share_endstops(weights)
-        velocity, accel = toolhead.get_max_velocity()
-        self.limits = MoveLimits(
-            [rail.get_range() for rail in self.rails],
-            config.getfloat("max_z_velocity", velocity, above=0., maxval=velocity),
-            config.getfloat("max_z_accel", accel, above=0., maxval=accel))
-        self.printer.register_event_handler("stepper_enable:motor_off",
-                                            self._handle_motor_off)
+        self.open_box(toolhead, config, [rail.get_range() for rail in self.rails])
 
     def _connect_rails(self, weights, trapq):
         for rail, row in zip(self.rails, weights, strict=True):
@@ -69,47 +64,12 @@ class LinearMachine:
                 for motor in others:
                     endstop.add_stepper(motor)
 
-    def _handle_motor_off(self, print_time):
-        self.clear_homing_state(AXES)
-
     # Positions
-
-    def get_steppers(self):
-        """All MCU_steppers."""
-        return [motor for rail in self.rails for motor in rail.get_steppers()]
 
     def calc_position(self, stepper_positions):
         """[x, y, z] of the head for {stepper name: position}, mm."""
         positions = [stepper_positions[rail.get_name()] for rail in self.rails]
         return [matrix_dot(row, positions) for row in self.inverse]
-
-    def set_position(self, newpos, homing_axes=""):
-        """The head is at newpos; the homing_axes ("xyz") become homed by that."""
-        for rail in self.rails:
-            rail.set_position(newpos)
-        for axis in list_axes(homing_axes):
-            self.limits.set_homed(axis)
-
-    def clear_homing_state(self, clear_axes):
-        """The axes ("xyz") must be homed again."""
-        for axis in list_axes(clear_axes):
-            self.limits.clear_homed(axis)
-
-    def note_z_not_homed(self):
-        """Old name of clear_homing_state("z")."""
-        self.clear_homing_state("z")
-
-    def check_move(self, move):
-        """Raises CommandError if a move leaves the ranges; slows one in z."""
-        return self.limits.check_move(move)
-
-    def accepts_arc(self, arc):
-        """True: motors follow every arc."""
-        return True
-
-    def check_arc(self, move):
-        """As check_move(), for a move along an arc."""
-        return self.limits.check_arc(move)
 
     # Homing
 
@@ -124,7 +84,3 @@ class LinearMachine:
     def home_axis(self, homing_state, axis, rail):
         """Home one axis; for plug-ins that home in an order of their own."""
         home_axis(homing_state, axis, rail)
-
-    def get_status(self, eventtime):
-        """homed_axes, axis_minimum, axis_maximum of printer.toolhead."""
-        return self.limits.get_status()

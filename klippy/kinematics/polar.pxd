@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 cimport cython
 
-from klippy.kinematics.limits cimport MoveLimits
+from klippy.kinematics.box cimport BoxMachine
 from klippy.lookahead cimport Move
 from klippy.units cimport mm_t
 
@@ -15,12 +15,8 @@ cdef class Span:
     cpdef list find_crossings(self, Move move, double radius)
 
 
-cdef class PolarKinematics:
-    cdef dict __dict__
-    cdef object __weakref__
-    cdef public object printer, toolhead, bed, arm, rail_z
-    cdef public list rails
-    cdef public MoveLimits limits
+cdef class PolarKinematics(BoxMachine):
+    cdef public object toolhead, bed, arm, rail_z
     cdef readonly mm_t min_radius, max_radius
     # rad/s
     cdef public double max_angular_velocity

@@ -9,7 +9,8 @@ import math
 import cython
 
 from klippy import stepper
-from klippy.kinematics.limits import AXES, MoveLimits, list_axes, make_error
+from klippy.kinematics.box import BoxMachine
+from klippy.kinematics.limits import list_axes, make_error
 from klippy.kinematics.linear import HOMING_MARGIN, home_axis
 from klippy_ext.kin_linear import LinearKinematics
 from klippy_ext.kin_polar import CORE, PolarBedKinematics
@@ -55,15 +56,15 @@ class Span:
                 if 0. < share < 1.]
 
 
-class PolarKinematics:
+class PolarKinematics(BoxMachine):
     """stepper_bed turns; the rails stepper_arm and stepper_z move and home."""
 
     def __init__(self, toolhead, config):
-        self.printer, self.toolhead = config.get_printer(), toolhead
+        self.toolhead = toolhead
         self.bed = stepper.PrinterStepper(config.getsection("stepper_bed"), True)
         self.arm = stepper.LookupRail(config.getsection("stepper_arm"))
         self.rail_z = stepper.LookupMultiRail(config.getsection("stepper_z"))
-        self.rails = [self.arm, self.rail_z]
+        super().__init__(config, [self.arm, self.rail_z])
         for motor in self.get_steppers():
             motor.set_trapq(toolhead.get_trapq())
         for motor in self.rail_z.get_steppers():
@@ -73,8 +74,6 @@ class PolarKinematics:
         self._connect(*self.motor_kinematics)
         self._find_room(toolhead, config)
         self.is_homing = False
-        self.printer.register_event_handler("stepper_enable:motor_off",
-                                            self._handle_motor_off)
 
     def _find_room(self, toolhead, config):
         self.min_radius, self.max_radius = self.arm.get_range()
@@ -82,12 +81,8 @@ class PolarKinematics:
             raise config.error(
                 "Option 'position_max' in section 'stepper_arm': '%g' must be above 0:"
                 " it is the greatest distance from the centre" % (self.max_radius,))
-        velocity, accel = toolhead.get_max_velocity()
         reach = -self.max_radius, self.max_radius
-        self.limits = MoveLimits(
-            [reach, reach, self.rail_z.get_range()],
-            config.getfloat("max_z_velocity", velocity, above=0., maxval=velocity),
-            config.getfloat("max_z_accel", accel, above=0., maxval=accel))
+        self.open_box(toolhead, config, [reach, reach, self.rail_z.get_range()])
         self.max_angular_velocity = config.getfloat(
             "max_angular_velocity", BED_STEP_RATE * self.bed.get_step_dist(), above=0.)
 
@@ -95,9 +90,6 @@ class PolarKinematics:
         """Let bed and arm move by these StepperKinematics."""
         self.bed.set_stepper_kinematics(bed)
         self.arm.get_steppers()[0].set_stepper_kinematics(arm)
-
-    def _handle_motor_off(self, print_time):
-        self.clear_homing_state(AXES)
 
     # Positions
 
@@ -117,23 +109,15 @@ class PolarKinematics:
         for motor in self.get_steppers():
             motor.set_position(newpos)
         axes = list_axes(homing_axes)
-        for axis in (0, 1):
-            if 0 in axes and 1 in axes:
-                self.limits.set_homed(axis)
-        if 2 in axes:
-            self.limits.set_homed(2)
+        self.set_homed(axes if 0 in axes and 1 in axes
+                       else [axis for axis in axes if axis == 2])
 
     def clear_homing_state(self, clear_axes):
         """The axes ("xyz") must be homed again; x and y together."""
         axes = list_axes(clear_axes)
         if 0 in axes or 1 in axes:
             axes = [0, 1, *axes]
-        for axis in axes:
-            self.limits.clear_homed(axis)
-
-    def note_z_not_homed(self):
-        """Old name of clear_homing_state("z")."""
-        self.clear_homing_state("z")
+        super().clear_homing_state(axes)
 
     # Moves
 
@@ -237,10 +221,6 @@ class PolarKinematics:
             self.toolhead.flush_step_generation()
             self._connect(*self.motor_kinematics)
             self.toolhead.set_position(self.toolhead.get_position())
-
-    def get_status(self, eventtime):
-        """homed_axes, axis_minimum, axis_maximum of printer.toolhead."""
-        return self.limits.get_status()
 
 
 def load_kinematics(toolhead, config):

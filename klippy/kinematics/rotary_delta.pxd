@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 cimport cython
 
+from klippy.kinematics.arms cimport ArmsMachine
 from klippy.lookahead cimport Move
-from klippy.units cimport mm_s2_t, mm_s_t, mm_t
+from klippy.units cimport mm_t
 
 
 @cython.final
@@ -20,19 +21,9 @@ cdef class Arm:
     cpdef double find_over(self, Move move) except? -1.
 
 
-cdef class RotaryDeltaMachine:
-    cdef dict __dict__
-    cdef object __weakref__
-    cdef public object printer
-    cdef public list rails, arms
-    cdef public mm_s_t max_velocity, max_z_velocity
-    cdef public mm_s2_t max_accel
-    cdef readonly bint is_homed
-    cdef readonly mm_t min_z, max_z, max_radius
-    cdef double max_radius2
-    cdef readonly list home_position
+cdef class RotaryDeltaMachine(ArmsMachine):
+    cdef public list arms
 
-    @cython.locals(reach2=double)
     cpdef int check_move(self, Move move) except -1
     cdef int slow_down(self, Move move, double ratio) except -1
     @cython.locals(arm=Arm, ratio=double)

@@ -10,10 +10,8 @@ import math
 import cython
 
 from klippy import stepper
-from klippy.errors import CommandError
-from klippy.gcode_command import Coord
+from klippy.kinematics.arms import ArmsMachine, find_meeting
 from klippy.kinematics.limits import make_error
-from klippy.mathutil import trilateration
 from klippy_ext import kin_rotary_delta
 
 if cython.compiled:
@@ -114,21 +112,15 @@ def read_arms(config):
     return arms
 
 
-class RotaryDeltaMachine:
+class RotaryDeltaMachine(ArmsMachine):
     """Rails stepper_a, stepper_b, stepper_c, which home together."""
 
     def __init__(self, toolhead, config):
-        self.printer = config.get_printer()
+        super().__init__(toolhead, config)
         self.arms = read_arms(config)
         self.rails = self._make_rails(config)
-        self.max_velocity, self.max_accel = toolhead.get_max_velocity()
-        self.max_z_velocity = config.getfloat(
-            "max_z_velocity", self.max_velocity, above=0., maxval=self.max_velocity)
         self._connect_rails(toolhead.get_trapq())
         self._find_room(config)
-        self.is_homed = False
-        self.printer.register_event_handler("stepper_enable:motor_off",
-                                            self._handle_motor_off)
         self.set_position([0., 0., 0.5 * (self.min_z + self.max_z)])
 
     def _make_rails(self, config):
@@ -161,13 +153,12 @@ class RotaryDeltaMachine:
             angles.append(rail.calc_position_from_coord([0., 0., top]))
             arm.set_top(angles[-1])
         self.home_position = self.calc_point(angles)
-        self.max_radius = self._find_reach()
+        self.set_reach(self._find_reach())
         if self.max_radius <= 0.:
             raise config.error(
                 "Option 'upper_arm_length' in section 'stepper_a': the arms do not"
                 " reach the middle at a height of %.3f (minimum_z_position)"
                 % (self.min_z,))
-        self.max_radius2 = self.max_radius ** 2
 
     def _find_reach(self):
         """Radius around the middle that all arms reach at the least height."""
@@ -188,48 +179,18 @@ class RotaryDeltaMachine:
                 return False
         return True
 
-    def _handle_motor_off(self, print_time):
-        self.clear_homing_state("xyz")
-
     # Positions
-
-    def get_steppers(self):
-        """All MCU_steppers."""
-        return [motor for rail in self.rails for motor in rail.get_steppers()]
 
     def calc_point(self, angles):
         """[x, y, z] of the head for the angles of the three arms.
 
         Raises CommandError if the arms do not meet.
         """
-        elbows = [arm.find_elbow(angle)
-                  for arm, angle in zip(self.arms, angles, strict=True)]
-        try:
-            return trilateration(elbows, [arm.lower ** 2 for arm in self.arms])
-        except ValueError as err:
-            raise CommandError("No head is held by arms at %s degrees: %s" % (
-                ", ".join("%.3f" % math.degrees(a) for a in angles), err)) from None
-
-    def calc_position(self, stepper_positions):
-        """[x, y, z] of the head for {stepper name: angle}."""
-        return self.calc_point([stepper_positions[rail.get_name()]
-                                for rail in self.rails])
-
-    def set_position(self, newpos, homing_axes=""):
-        """The head is at newpos; all three axes ("xyz") become homed or none."""
-        for rail in self.rails:
-            rail.set_position(newpos)
-        if len(set(homing_axes)) == 3:
-            self.is_homed = True
-
-    def clear_homing_state(self, clear_axes):
-        """The machine must be homed again, whatever the axis."""
-        if clear_axes:
-            self.is_homed = False
-
-    def note_z_not_homed(self):
-        """Old name of clear_homing_state("z")."""
-        self.clear_homing_state("z")
+        return find_meeting(
+            [arm.find_elbow(angle)
+             for arm, angle in zip(self.arms, angles, strict=True)],
+            [arm.lower ** 2 for arm in self.arms], "arms at %s degrees" % (
+                ", ".join("%.3f" % math.degrees(angle) for angle in angles),))
 
     # Moves
 
@@ -238,10 +199,8 @@ class RotaryDeltaMachine:
 
         Raises CommandError if the head or an arm would leave its room.
         """
-        reach2 = move.end_x * move.end_x + move.end_y * move.end_y
-        if (not self.is_homed or reach2 > self.max_radius2
-                or move.end_z < self.min_z):
-            self._refuse(move)
+        if not self.is_inside(move):
+            self.refuse(move)
         self._check_arms(move)
         self.slow_down(move, fmax(
             self.find_ratio(move.start_x, move.start_y, move.start_z),
@@ -267,13 +226,7 @@ class RotaryDeltaMachine:
     def check_arc(self, move):
         """As check_move(), for a move along an arc around a vertical axis."""
         arc = move.arc
-        _, reach = arc.find_nearest(0., 0.)
-        if not self.is_homed or move.end_z < self.min_z:
-            self._refuse(move)
-        if reach > self.max_radius + SLACK:
-            raise make_error(move, "Move out of range", "the arc goes to %.3f from the"
-                             " center, which is more than %.3f"
-                             % (reach, self.max_radius))
+        self.find_arc_reach(move)
         for rail, arm in zip(self.rails, self.arms, strict=True):
             start = math.dist(arc.start, (arm.top_x, arm.top_y, arm.top_z))
             if min(start, arm.lower) - arm.find_distance(arc) > SLACK:
@@ -299,17 +252,6 @@ class RotaryDeltaMachine:
             move, "Move out of range", "the arm of %s would swing past its"
             " endstop" % (rail.get_name(),))
 
-    def _refuse(self, move):
-        if not self.is_homed:
-            raise make_error(move, "Must home axis first", "no axis is homed")
-        if move.end_z < self.min_z and move.d_z != 0.:
-            raise make_error(move, "Move out of range", "Z %.3f is below %.3f"
-                             % (move.end_z, self.min_z))
-        radius = math.hypot(move.end_x, move.end_y)
-        if radius > self.max_radius and (move.d_x != 0. or move.d_y != 0.):
-            raise make_error(move, "Move out of range", "%.3f from the center is more"
-                             " than %.3f" % (radius, self.max_radius))
-
     # Homing
 
     def home(self, homing_state):
@@ -321,13 +263,6 @@ class RotaryDeltaMachine:
             for arm in self.arms)
         start = max(z - HOMING_MARGIN * (z - self.min_z), lowest)
         homing_state.home_rails(self.rails, [x, y, start, None], [x, y, z, None])
-
-    def get_status(self, eventtime):
-        """Status of printer.toolhead: homed_axes and ranges."""
-        edge = self.max_radius
-        return {"homed_axes": "xyz" if self.is_homed else "",
-                "axis_minimum": Coord(-edge, -edge, self.min_z, 0.),
-                "axis_maximum": Coord(edge, edge, self.max_z, 0.)}
 
 
 def load_kinematics(toolhead, config):
