@@ -45,7 +45,8 @@ def test_a_reference_ahead_of_its_value_and_over_several_lines(read):
     "M118 ${params.PRICE}", "M118 ${price} $$", "${", "$ {a}", "${printer.x}",
     "{% set a = '${' %}", "${}", "${a{b}}"])
 def test_templates_of_configs_without_references_stay(read, text):
-    content = "[printer]\ny: 1\n[gcode_macro m]\ngcode:\n  %s\nvariable_a: 1\n" % (text,)
+    content = ("[printer]\ny: 1\n[gcode_macro m]\ngcode:\n  %s\nvariable_a: 1\n"
+               % (text,))
     store = read(content)
     assert store.get("gcode_macro m", "gcode") == "\n" + text
     assert store.referenced == set()
