@@ -8,7 +8,7 @@ Every error names file and line, the value and what would be right.
 import logging
 import math
 
-from klippy import configsave
+from klippy import configsave, dangers
 from klippy.confignames import find_nearest, propose
 from klippy.configtext import ConfigReader, shorten
 from klippy.errors import ConfigError, collect
@@ -308,7 +308,9 @@ class PrinterConfig:
                          for name, value in options.items())
             lines.append("")
         lines.append("==================")
-        self.printer.set_rollover_info("config", "\n".join(lines))
+        self.printer.set_rollover_info(
+            "config", "\n".join(lines),
+            log=dangers.get(self.printer).log_config_file_at_startup)
 
     def replace_sections(self, prefix, sections):
         """Sections whose names start with prefix were read again from the files.
@@ -330,6 +332,7 @@ class PrinterConfig:
                              reasons=None):
         """Raise ConfigError for the options and sections nobody asked for.
 
+        With error_on_unused_config_options off they are warnings.
         skipped: sections that could not be loaded.  known_sections: names to
         propose for unknown sections.  reasons: better texts by section.
         """
@@ -353,8 +356,11 @@ class PrinterConfig:
                           and (section, option) not in store.referenced
                           and not store.is_saved(section, option))
         self._build_settings()
-        if errors:
+        if errors and dangers.get(self.printer).error_on_unused_config_options:
             raise collect(errors)
+        for err in errors:
+            logging.warning("config: %s", err)
+            self._warn("config", str(err), section=err.section, option=err.option)
 
     @staticmethod
     def _is_all_saved(store, section):

@@ -8,6 +8,7 @@ one; the old one stays as a dated backup.  Included files are never changed.
 import logging
 import os
 
+from klippy import dangers
 from klippy.configtext import (
     SAVE_MARK,
     SAVE_PREFIX,
@@ -108,17 +109,19 @@ def build_file(path, text, saved, overridden=None):
     return newline.join(lines + ([""] + block if block else [])) + newline
 
 
-def write_with_backup(path, text, now):
+def write_with_backup(path, text, now, backup=None):
     """Replace a file, keeping the old one as <name>-<date>_<time>.cfg.
 
     text: str as decode() gives it.  now: datetime of the backup's name.
+    backup: pathlib.Path to keep it at instead.
     Raises OSError; the file is then what it was.
     """
     import pathlib
     path = pathlib.Path(path).resolve()
     stem = path.name.removesuffix(".cfg")
-    backup = path.with_name("%s-%s.cfg" % (stem, now.strftime("%Y%m%d_%H%M%S")))
-    temporary = path.with_name(stem + "_autosave.cfg")
+    # the name of one beside included files must not be one that is included
+    temporary = path.with_name(("." if backup else "") + stem + "_autosave.cfg")
+    backup = backup or path.with_name("%s-%s.cfg" % (stem, format_time(now)))
     old, status = path.read_bytes(), path.stat()
     try:
         _write_synced(backup, old)
@@ -130,6 +133,11 @@ def write_with_backup(path, text, now):
             unneeded.unlink(missing_ok=True)
         raise
     _sync_folder(path.parent)
+
+
+def format_time(now):
+    """A datetime as names of backups have it."""
+    return now.strftime("%Y%m%d_%H%M%S")
 
 
 def _sync_folder(path):
@@ -206,6 +214,9 @@ class ConfigSaver:
             new = build_file(path, text, self.saved,
                              find_overridden(self.store, self.saved))
             write_with_backup(path, new, datetime.datetime.now())
+            if dangers.get(self.printer).autosave_includes:
+                from klippy import configincludes
+                configincludes.clean(self.store, self.saved, datetime.datetime.now())
         except OSError as err:
             raise CommandError("Unable to write the config file '%s': %s"
                                % (path, err.strerror))

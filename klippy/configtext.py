@@ -66,7 +66,7 @@ class ConfigStore:
         self.last_asked = ("", "")  # section and option
         self.warnings = []          # (text, section, option)
         # (section, option) -> value below the saved one, in an included file
-        self.overridden = {}
+        self.overridden, self.overridden_places = {}, {}
         self.asked = {}
         self.referenced = set()     # (section, option) that other values refer to
 
@@ -435,6 +435,7 @@ class ConfigReader:
         value = self.store.get(section, name)
         if old.path != place.path:
             self.store.overridden[section, name] = value
+            self.store.overridden_places[section, name] = old
             if value in self.known.get(name, ()):
                 return
         self.store.warnings.append((

@@ -13,6 +13,7 @@ import os
 import klippy.extras
 from klippy import (
     configfile,
+    dangers,
     gcode,
     gcode_io,
     mcu,
@@ -339,6 +340,8 @@ class Printer:
     def _load(self):
         pconfig = self.objects["configfile"]
         config = pconfig.read_main_config()
+        if config.has_section(dangers.SECTION):
+            self.loader.try_call(self.load_object, config, dangers.SECTION)
         if self.bglogger is not None:
             pconfig.log_config(config)
         self.loader.load_all(config)

@@ -49,7 +49,7 @@ class SerialReader:
         self.serialqueue = None
         self.link = None
         self.default_cmd_queue = None
-        self.is_fileoutput = False
+        self.is_fileoutput, self.log_warnings = False, True
         self._world = None
         self._thread = None
         self._lock = threading.Lock()
@@ -147,7 +147,8 @@ class SerialReader:
                 reason = "no answer from the mcu on '%s'" % (name,)
             except error as err:
                 reason = str(err)
-            level = logging.WARNING if self.connect_timeout else logging.DEBUG
+            is_warning = self.log_warnings and self.connect_timeout
+            level = logging.WARNING if is_warning else logging.DEBUG
             logging.log(level, "%s%s", self.warn_prefix, reason)
             if self.reactor.monotonic() >= deadline:
                 raise error("%sUnable to connect: %s" % (self.warn_prefix, reason))
@@ -324,8 +325,8 @@ class SerialReader:
 
     def _handle_unknown(self, params):
         # before the dictionary is there everything but its parts is unknown
-        level = logging.WARNING if self.msgparser.get_version_info()[0] else (
-            logging.DEBUG)
+        is_warning = self.log_warnings and self.msgparser.get_version_info()[0]
+        level = logging.WARNING if is_warning else logging.DEBUG
         logging.log(level, "%sunknown message %s", self.warn_prefix,
                     params["#msg"].hex())
 

@@ -10,6 +10,7 @@ import math
 
 import cython
 
+from klippy import dangers
 from klippy.errors import CommandError, ConfigError
 from klippy.gcode_command import Coord
 from klippy.lookahead import PLAN_TIME, LookAheadQueue, MotionLimits, Move
@@ -565,8 +566,9 @@ class ToolHead:
         velocity, accel, corner, ratio = self.set_max_velocities(*values)
         text = ("max_velocity: %.6f\nmax_accel: %.6f\nminimum_cruise_ratio: %.6f\n"
                 "square_corner_velocity: %.6f" % (velocity, accel, ratio, corner))
+        is_logged = dangers.get(self.printer).log_velocity_limit_changes
         self.printer.set_rollover_info("toolhead", "toolhead: " + text,
-                                       log=values != (None,) * 4)
+                                       log=is_logged and values != (None,) * 4)
         if values == (None,) * 4:
             gcmd.respond_info(text, log=False)
 

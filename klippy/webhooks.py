@@ -10,7 +10,7 @@ import logging
 import os
 import sys
 
-from klippy import api_objects, api_socket, sysinfo
+from klippy import api_objects, api_socket, dangers, sysinfo
 from klippy.api_encoding import PushTemplate, encode_json
 from klippy.errors import PrinterError, describe
 
@@ -257,6 +257,8 @@ class WebHooks:
         method = web_request.get_str("remote_method")
         client = web_request.get_client_connection()
         self._remote_methods.setdefault(method, {})[client] = PushTemplate(template)
+        if dangers.get(self.printer).log_webhook_method_register_messages:
+            logging.info("API %s: remote method '%s' registered", client.name, method)
 
 
 class GCodeApi:

@@ -7,7 +7,7 @@ filament by pressure advance; see docs/internals/motion.md.
 
 import math
 
-from klippy import motionqueue, stepper
+from klippy import dangers, motionqueue, stepper
 from klippy.errors import CommandError
 from klippy.kinematics.pressure_advance import PressureAdvance
 from klippy.record import replace
@@ -130,9 +130,12 @@ class ExtruderStepper:
 
     def cmd_SET_PRESSURE_ADVANCE(self, gcmd):
         """Set ADVANCE, SMOOTH_TIME, MODEL, OFFSET, VELOCITY, TIME_OFFSET."""
-        self._use(self.settings.change(gcmd))
+        options = dangers.get(self.printer)
+        self._use(self.settings.change(
+            gcmd, options.override_pressure_advance_smooth_time_max))
         text = self.settings.describe()
-        self.printer.set_rollover_info(self.name, "%s: %s" % (self.name, text))
+        self.printer.set_rollover_info(self.name, "%s: %s" % (self.name, text),
+                                       log=options.log_pressure_advance_changes)
         gcmd.respond_info(text, log=False)
 
     cmd_SET_EXTRUDER_ROTATION_DISTANCE_help = "Set extruder rotation distance"

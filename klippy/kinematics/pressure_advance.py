@@ -5,10 +5,10 @@ See docs/motion_features.md for the models, klippy_ext/csrc/kin_extruder.h for
 how they become positions.
 """
 
+from klippy import dangers
 from klippy.record import record
 from klippy_ext.kin_extruder import MODELS
 
-MAX_SMOOTH_TIME = 0.200
 MAX_TIME_OFFSET = 0.200
 # Of the option and the parameter; the values are those of the drive
 MODEL_NAMES = {**{name: name for name in MODELS}, "reciprocal": "recipr"}
@@ -34,8 +34,10 @@ class PressureAdvance:
         """Read the options of a section.  Raises ConfigError."""
         model = config.getchoice("pressure_advance_model", MODEL_NAMES, "linear")
         advance = config.getfloat("pressure_advance", 0., minval=0.)
-        smooth_time = config.getfloat("pressure_advance_smooth_time", cls.smooth_time,
-                                      above=0., maxval=MAX_SMOOTH_TIME)
+        most = dangers.get(config.get_printer())
+        smooth_time = config.getfloat(
+            "pressure_advance_smooth_time", cls.smooth_time, above=0.,
+            maxval=most.override_pressure_advance_smooth_time_max)
         time_offset = config.getfloat(
             "pressure_advance_time_offset", 0., minval=-MAX_TIME_OFFSET,
             maxval=MAX_TIME_OFFSET)
@@ -49,7 +51,7 @@ class PressureAdvance:
                 velocity = config.getfloat("linearization_velocity", 0., minval=0.)
         return cls(advance, smooth_time, model, offset, velocity, time_offset)
 
-    def change(self, gcmd):
+    def change(self, gcmd, max_smooth_time):
         """This with the parameters of SET_PRESSURE_ADVANCE."""
         model = gcmd.get("MODEL", self.model).lower()
         if model not in MODEL_NAMES:
@@ -58,7 +60,7 @@ class PressureAdvance:
         changed = PressureAdvance(
             gcmd.get_float("ADVANCE", self.advance, minval=0.),
             gcmd.get_float("SMOOTH_TIME", self.smooth_time, minval=0.,
-                           maxval=MAX_SMOOTH_TIME),
+                           maxval=max_smooth_time),
             MODEL_NAMES[model], gcmd.get_float("OFFSET", self.offset, minval=0.),
             gcmd.get_float("VELOCITY", self.velocity, minval=0.),
             gcmd.get_float("TIME_OFFSET", self.time_offset, minval=-MAX_TIME_OFFSET,

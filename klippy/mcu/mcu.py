@@ -8,7 +8,7 @@ See docs/internals/mcu.md.
 
 import logging
 
-from klippy import clocksync, msgproto, pins, serialhdl
+from klippy import clocksync, dangers, msgproto, pins, serialhdl
 from klippy.errors import ConfigError, McuError
 from klippy.mcu import absence
 from klippy.mcu.adc import MCU_adc
@@ -63,7 +63,9 @@ class MCU:
         self.is_non_critical = config.getboolean("is_non_critical", False)
         self.non_critical_disconnected = False
         self._clocksync = clock_sync
+        self._dangers = dangers.get(printer)
         self._serial = serialhdl.SerialReader(self._reactor, self._name)
+        self._serial.log_warnings = self._dangers.log_serial_reader_warnings
         self._restart = McuRestart(self, method, self._connection)
         self._faults = FaultWatch(self)
         self._stats = McuStats(self)
@@ -166,9 +168,11 @@ class MCU:
             parser.fill_enumerations({"pin": machine.get_pin_map(self._name)})
         version, build_versions = parser.get_version_info()
         self._faults.reset()
-        constants = sorted(self.get_constants().items())
-        logging.info("mcu '%s' firmware %s (%s), constants: %s", self._name, version,
-                     build_versions, " ".join("%s=%s" % item for item in constants))
+        if self._dangers.log_startup_info:
+            constants = sorted(self.get_constants().items())
+            logging.info(
+                "mcu '%s' firmware %s (%s), constants: %s", self._name, version,
+                build_versions, " ".join("%s=%s" % item for item in constants))
         self._get_status_info = {
             "mcu_version": version, "mcu_build_versions": build_versions,
             "mcu_constants": self.get_constants()}
@@ -568,6 +572,8 @@ class MCU:
 
     def _handle_analyze(self, message, details):
         """Log what led to a shutdown."""
+        if not self._dangers.log_shutdown_info:
+            return
         logging.info("mcu '%s': %s", self._name, self._clocksync.dump_debug())
         logging.info("%s", "\n".join(self._serial.dump_debug()))
 

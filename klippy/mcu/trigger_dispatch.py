@@ -3,6 +3,7 @@
 
 import sys
 
+from klippy import dangers
 from klippy.errors import ConfigError
 from klippy.mcu.trsync import MCU_trsync
 from klippy_ext.trdispatch import TrDispatch
@@ -11,12 +12,15 @@ from klippy_ext.trdispatch import TrDispatch
 REPORT_GRACE = 2.
 
 
-def current_timeout(n_mcus):
-    """Expiry time in s for a trigger on n_mcus, as the package now has it."""
-    package = sys.modules["klippy.mcu"]
+def current_timeout(printer, n_mcus):
+    """Expiry time in s for a trigger on n_mcus.
+
+    That of the config, else what the package now has.
+    """
+    package, options = sys.modules["klippy.mcu"], dangers.get(printer)
     if n_mcus == 1:
-        return package.TRSYNC_SINGLE_MCU_TIMEOUT
-    return package.TRSYNC_TIMEOUT
+        return options.single_mcu_trsync_timeout or package.TRSYNC_SINGLE_MCU_TIMEOUT
+    return options.multi_mcu_trsync_timeout or package.TRSYNC_TIMEOUT
 
 
 class TriggerDispatch:
@@ -74,7 +78,7 @@ class TriggerDispatch:
         if self._mcu.is_fileoutput():
             self._completion.complete(True)
         count = len(self._trsyncs)
-        timeout = current_timeout(count)
+        timeout = current_timeout(self._mcu.get_printer(), count)
         for i, trsync in enumerate(self._trsyncs):
             trsync.start(print_time, float(i) / count, self._completion, timeout)
         self._trdispatch.start(MCU_trsync.REASON_HOST_REQUEST)

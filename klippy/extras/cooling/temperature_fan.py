@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """[temperature_fan name]: a fan that holds a sensor at a temperature."""
+from klippy import dangers
 from klippy.extras import fan, temperature_fan_control, temperature_fan_curve
 from klippy.mcu import absence
 
@@ -44,7 +45,8 @@ class TemperatureFan:
         self.min_temp = config.getfloat("min_temp", minval=ABSOLUTE_ZERO)
         self.max_temp = config.getfloat("max_temp", above=self.min_temp)
         self.sensor = heaters.setup_sensor(config)
-        self.sensor.setup_minmax(self.min_temp, self.max_temp)
+        if not dangers.get(self.printer).temp_ignore_limits:
+            self.sensor.setup_minmax(self.min_temp, self.max_temp)
         self.sensor.setup_callback(self.temperature_callback)
         heaters.register_sensor(config, self)
         self.mcu = absence.find_mcu(self.sensor)

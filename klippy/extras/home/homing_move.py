@@ -7,6 +7,7 @@ trigger and at rest.  See docs/internals/homing.md.
 
 import math
 
+from klippy import dangers
 from klippy.errors import CommandError, PrinterError
 from klippy.mcu import MCU_trsync
 
@@ -85,18 +86,20 @@ class HomingMove:
     def _arm_all(self, movepos, speed, triggered):
         """Watch the endstops; returns a completion for all of them."""
         print_time = self.toolhead.get_last_move_time()
-        completions = []
+        completions, options = [], dangers.get(self.printer)
         try:
             for endstop, _ in self.endstops:
                 rest_time = self._calc_rest_time(endstop, movepos, speed)
                 completions.append(endstop.home_start(
-                    print_time, ENDSTOP_SAMPLE_TIME, ENDSTOP_SAMPLE_COUNT,
+                    print_time, options.endstop_sample_time or ENDSTOP_SAMPLE_TIME,
+                    options.endstop_sample_count or ENDSTOP_SAMPLE_COUNT,
                     rest_time, triggered=triggered))
         except PrinterError:
             for endstop, _ in self.endstops[:len(completions)]:
                 endstop.home_wait(print_time)
             raise
-        self.toolhead.dwell(HOMING_START_DELAY)
+        delay = options.homing_start_delay
+        self.toolhead.dwell(HOMING_START_DELAY if delay is None else delay)
         return await_all(self.printer.get_reactor(), completions)
 
     def _calc_rest_time(self, endstop, movepos, speed):

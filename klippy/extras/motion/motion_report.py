@@ -6,6 +6,7 @@ Everything is told when it happens on the mcu, not when it is planned.
 
 import logging
 
+from klippy import dangers
 from klippy.extras.dump_stream import DumpStream
 from klippy.gcode_command import Coord
 
@@ -222,6 +223,8 @@ class MotionReport:
 
     def _handle_analyze(self, message, details):
         """Log what moved when the printer stopped."""
+        if not dangers.get(self.printer).log_shutdown_info:
+            return
         lines = []
         for dump in self.steppers.values():
             clock = dump.mcu.get_shutdown_clock()

@@ -8,6 +8,8 @@ was homed.  Every move takes the adjustment of its time along.  Until z is
 homed, or a temperature is given, there is nothing to compare with.
 """
 
+from klippy import dangers
+
 ABSOLUTE_ZERO = -273.15
 NO_LIMIT = 99999999.
 Z_AXIS = 2
@@ -62,7 +64,9 @@ class ZThermalAdjust:
         heaters = self.printer.load_object(config, "heaters")
         sensor = heaters.setup_sensor(config)
         low = config.getfloat("min_temp", minval=ABSOLUTE_ZERO)
-        sensor.setup_minmax(low, config.getfloat("max_temp", above=low))
+        high = config.getfloat("max_temp", above=low)
+        if not dangers.get(self.printer).temp_ignore_limits:
+            sensor.setup_minmax(low, high)
         sensor.setup_callback(self.readings.note)
         heaters.register_sensor(config, self)
 

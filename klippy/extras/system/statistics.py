@@ -9,6 +9,8 @@ import os
 import re
 import time
 
+from klippy import dangers
+
 PERIOD = 1.0            # s
 MEMORY_FILE = "/proc/meminfo"
 _AVAILABLE = re.compile(r"^MemAvailable:\s+(\d+) kB", re.MULTILINE)
@@ -54,6 +56,7 @@ class PrinterStats:
         self.printer = printer = config.get_printer()
         self.reactor = printer.get_reactor()
         self.sources, self.timer = [], None
+        self.is_logged = dangers.get(printer).log_statistics
         printer.add_object("system_stats", SystemStats(config))
         printer.register_event_handler("klippy:ready", self._handle_ready)
         printer.register_event_handler("klippy:disconnect", self._stop)
@@ -80,7 +83,7 @@ class PrinterStats:
 
     def _log(self, eventtime):
         line = self.collect(eventtime)
-        if line is not None:
+        if line is not None and self.is_logged:
             logging.info(line)
         return eventtime + PERIOD
 

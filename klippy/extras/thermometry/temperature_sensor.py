@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """[temperature_sensor name]: a sensor that drives nothing."""
 
+from klippy import dangers
 from klippy.mcu import absence
 
 ABSOLUTE_ZERO = -273.15
@@ -22,7 +23,8 @@ class PrinterSensorGeneric:
                                         minval=ABSOLUTE_ZERO)
         self.max_temp = config.getfloat("max_temp", 99999999.9,
                                         above=self.min_temp)
-        self.sensor.setup_minmax(self.min_temp, self.max_temp)
+        if not dangers.get(self.printer).temp_ignore_limits:
+            self.sensor.setup_minmax(self.min_temp, self.max_temp)
         self.sensor.setup_callback(self.note_temperature)
         self.last_temp = 0.0
         self.measured = None
