@@ -240,10 +240,10 @@ def test_pulls_are_not_its_own(board):
 
 # A second of this chip takes some seconds here: it prints cold
 HEATING = re.compile(r"^M(104|109|140|190)\b.*\n", re.M)
-PINS = {"PA0": "gpio0_2", "PA1": "gpio0_3", "PA3": "gpio0_4", "PB0": "gpio1_12",
-        "PB1": "gpio1_13", "PB3": "gpio1_14", "PC0": "gpio2_1", "PC1": "gpio2_2",
-        "PC3": "gpio2_3", "PE0": "gpio0_20", "PE1": "gpio0_22", "PE4": "gpio2_5",
-        "PE5": "AIN0", "PF4": "gpio2_7", "PF5": "AIN1", "PF6": "gpio2_9"}
+WIRES = {"PA0": "gpio0_2", "PA1": "gpio0_3", "PA3": "gpio0_4", "PB0": "gpio1_12",
+         "PB1": "gpio1_13", "PB3": "gpio1_14", "PC0": "gpio2_1", "PC1": "gpio2_2",
+         "PC3": "gpio2_3", "PE0": "gpio0_20", "PE1": "gpio0_22", "PE4": "gpio2_5",
+         "PE5": "AIN0", "PF4": "gpio2_7", "PF5": "AIN1", "PF6": "gpio2_9"}
 
 
 def check_lateness(run):
@@ -259,7 +259,7 @@ def check_lateness(run):
 def test_moves_of_a_file(adapter, tmp_path, monkeypatch):
     pru_board.choose_chip(monkeypatch, firmware_matrix.build("pru"))
     config = machine_configs.make_axes("cartesian", 0.04, machine_configs.BED)
-    config = re.sub(r"[~^]*\b(P[A-F]\d)\b", lambda match: PINS[match[1]], config)
+    config = re.sub(r"[~^]*\b(P[A-F]\d)\b", lambda match: WIRES[match[1]], config)
     config += "\n[simulator]\nfirmware: %s\n" % (adapter,)
     before, job = (HEATING.sub("", text) for text in
                    cut_sample("cube20.gcode", "cartesian", N_LINES))
