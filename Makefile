@@ -46,7 +46,8 @@ check: host simulator ## Check a printer.cfg: make check CONFIG=printer.cfg
 	$(PY) -m klippy check $(CONFIG)
 
 .PHONY: docs
-docs: host ## Write the config and G-code references of docs/
+docs: host ## Write the references of docs/, and the table of firmware features
+	$(PY) scripts/feature_table.py
 	$(PY) -m klippy schema --markdown docs
 
 ##@ Develop

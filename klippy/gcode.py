@@ -172,6 +172,7 @@ class GCodeDispatch:
         self.base_gcode_handlers = self.gcode_handlers = {}
         self.ready_gcode_handlers = {}
         self.mux_commands, self.gcode_help = {}, {}
+        self.section_handlers = {}      # section that was loaded -> its handlers
         self.status_commands, self.told_commands = None, set()
         self.runner = LineRunner(self)
         self.core_commands = gcode_builtin.CoreCommands(printer, self)
@@ -190,6 +191,11 @@ class GCodeDispatch:
 
         Returns the handler taken away.  Raises ConfigError if cmd has one.
         """
+        if func is not None:
+            self._note_section(func)
+        return self._register(cmd, func, when_not_ready, desc)
+
+    def _register(self, cmd, func, when_not_ready, desc):
         if func is None:
             old = self.ready_gcode_handlers.pop(cmd, None)
             self.base_gcode_handlers.pop(cmd, None)
@@ -219,7 +225,7 @@ class GCodeDispatch:
         if known is None:
             def run_selected(gcmd):
                 self._run_mux_command(cmd, gcmd)
-            self.register_command(cmd, run_selected, desc=desc)
+            self._register(cmd, run_selected, False, desc)
             known = self.mux_commands[cmd] = (key, {})
         known_key, handlers = known
         if known_key != key:
@@ -230,6 +236,28 @@ class GCodeDispatch:
             raise self.printer.config_error(
                 "G-code command %s %s=%s is already registered" % (cmd, key, value))
         handlers[value] = func
+        self._note_section(func)
+
+    def _note_section(self, func):
+        """Note whose handler it is; one that is_always_possible is nobody's."""
+        find_loading = getattr(self.printer, "find_loading", None)
+        section = find_loading() if find_loading is not None else None
+        if (section is not None and section.may_lack
+                and not getattr(func, "is_always_possible", False)):
+            self.section_handlers.setdefault(section.name, []).append(func)
+
+    def block_section(self, section, reason):
+        """Have the commands that a section of the config registered raise an error."""
+        funcs = self.section_handlers.get(section, ())
+
+        def refuse(gcmd):
+            raise gcmd.error(reason)
+
+        for handlers in (self.ready_gcode_handlers, self.base_gcode_handlers,
+                         *(table for _, table in self.mux_commands.values())):
+            for key, func in handlers.items():
+                if func in funcs:
+                    handlers[key] = refuse
 
     def _run_mux_command(self, cmd, gcmd):
         key, handlers = self.mux_commands[cmd]

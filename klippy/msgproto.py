@@ -21,6 +21,29 @@ IDENTIFY_MESSAGES = {
     "identify_response offset=%u data=%.*s": 0,
     "identify offset=%u count=%c": 1}
 REQUIRED_KEYS = ("commands", "responses", "config")
+# Bytes of the values that a field may have
+FIELD_SIZES = {"%c": 1, "%hu": 2, "%hi": 2, "%u": 4, "%i": 4}
+
+
+class MissingError(error):
+    """The firmware lacks something, or has something else of that name.
+
+    kind: command, response, constant or enumeration.  reason: what the user is told
+    (see klippy/mcu/features.py), None until somebody has found it out.
+    """
+
+    def __init__(self, message, kind, name, is_other=False):
+        super().__init__(message)
+        self.kind, self.name, self.is_other = kind, name, is_other
+        self.reason = None
+
+    def describe(self):
+        """Text: what is missing."""
+        return "the %s '%s'" % (self.kind, self.name)
+
+
+class UnknownNameError(error):
+    """A field has a name that its enumeration does not have."""
 
 
 def load_dictionary(data, is_compressed):
@@ -61,6 +84,37 @@ def expand_enumeration(values):
         for i in range(count):
             result["%s%d" % (stem, number + i)] = first + i
     return result
+
+
+def is_number(text):
+    """True for the text of a whole number."""
+    return text.lstrip("-")[:1].isdigit()
+
+
+def serves(message, wanted, is_command):
+    """True if a message of the dictionary does for the one that the host wants.
+
+    A command must have the same fields, none of them smaller: integers of all sizes
+    are sent alike.  A response may have more fields, in any order.
+    """
+    if is_command:
+        return message.fields == wanted.fields and all(
+            FIELD_SIZES.get(has, 0) >= FIELD_SIZES.get(needs, 0)
+            and (has in FIELD_SIZES) == (needs in FIELD_SIZES)
+            for has, needs in zip(message.codes, wanted.codes, strict=True))
+    codes = dict(zip(message.fields, message.codes, strict=True))
+    return all(field in codes and (codes[field] in FIELD_SIZES) == (code in FIELD_SIZES)
+               for field, code in zip(wanted.fields, wanted.codes, strict=True))
+
+
+def check_name(command, field, name, enum):
+    """Raise an error if a field cannot have a name; enum: those it has, or None."""
+    if enum is None:
+        raise MissingError("Field '%s' of command '%s' has no names in this firmware"
+                           % (field, command), "enumeration", field)
+    if not (field == "pin" or field.endswith("_pin")) and name not in enum:
+        raise UnknownNameError("'%s' is no %s that the firmware knows: it has %s" % (
+            name, field, ", ".join(sorted(enum)) or "none"))
 
 
 def take_payload(block):
@@ -175,8 +229,8 @@ class MessageParser:
         if name not in self._constants:
             if default is not None:
                 return default
-            raise error("Firmware constant '%s' of %s not found"
-                        % (name, self._describe()))
+            raise MissingError("Firmware constant '%s' of %s not found"
+                               % (name, self._describe()), "constant", name)
         value = self._constants[name]
         try:
             return parser(value)
@@ -198,20 +252,26 @@ class MessageParser:
     # Looking up messages
 
     def lookup_command(self, msgformat):
-        """The MessageFormat of a command or response of exactly this format.
+        """The MessageFormat of a command or response of this format.
 
-        Raises error that tells a missing command from one that differs.
+        One that differs will do if it takes, or has, all that this one does.
+        Raises MissingError that tells a missing command from one that differs.
         """
         message = self.messages_by_format.get(msgformat)
         if message is not None:
             return message
         name = msgformat.split()[0]
         other = self.messages_by_name.get(name)
-        if other is not None:
-            raise error("Command format mismatch in %s: it has '%s' where the host"
-                        " needs '%s'" % (self._describe(), other.msgformat, msgformat))
-        raise error("Unknown command: '%s' is not in %s"
-                    % (name, self._describe()))
+        if other is None:
+            raise MissingError("Unknown command: '%s' is not in %s"
+                               % (name, self._describe()), "command", name)
+        is_command = name in self.command_names
+        if serves(other, MessageFormat(0, msgformat, {}), is_command):
+            return other
+        raise MissingError(
+            "Command format mismatch in %s: it has '%s' where the host needs '%s'"
+            % (self._describe(), other.msgformat, msgformat),
+            "command" if is_command else "response", name, True)
 
     def lookup_msgid(self, msgformat):
         """Number of a message."""
@@ -229,14 +289,33 @@ class MessageParser:
         words = text.split()
         if not words:
             raise error("There is no command in '%s'" % (text,))
-        message = self.messages_by_name.get(words[0])
+        return self._find_named(words[0]).parse_text(words[1:])
+
+    def _find_named(self, name):
+        message = self.messages_by_name.get(name)
         if message is None:
             import difflib
-            near = difflib.get_close_matches(words[0], self.messages_by_name, 1)
-            raise error("Unknown command '%s' for %s%s" % (
-                words[0], self._describe(),
-                "; did you mean '%s'?" % (near[0],) if near else ""))
-        return message.parse_text(words[1:])
+            near = difflib.get_close_matches(name, self.messages_by_name, 1)
+            raise MissingError("Unknown command '%s' for %s%s" % (
+                name, self._describe(),
+                "; did you mean '%s'?" % (near[0],) if near else ""), "command", name)
+        return message
+
+    def check_text(self, text):
+        """Check the form of a command as of create_command(), but for its pins.
+
+        Raises MissingError, or UnknownNameError for a name of an enumeration.
+        """
+        words = text.split()
+        message = self._find_named(words[0])
+        given = dict(word.partition("=")[::2] for word in words[1:])
+        if given.keys() != set(message.fields):
+            raise MissingError("it has '%s' where the host needs '%s'" % (
+                message.msgformat, text), "command", message.name, True)
+        for field, code, enum in zip(message.fields, message.codes, message.enums,
+                                     strict=True):
+            if code in FIELD_SIZES and not is_number(given[field]):
+                check_name(message.name, field, given[field], enum)
 
     def decode_message(self, data, pos, params):
         """Read one message at data[pos] into the dict params.

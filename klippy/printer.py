@@ -5,6 +5,7 @@ A printer that cannot start stays up with a message, so that the config can be
 corrected and RESTART be used.
 """
 
+import collections
 import gc
 import importlib
 import logging
@@ -66,6 +67,10 @@ class _Required:
     """Default of a lookup that must succeed."""
 
 
+# may_lack: it can do without what the firmware of an mcu lacks
+LoadedSection = collections.namedtuple("LoadedSection", ("name", "may_lack"))
+
+
 class SectionLoader:
     """Loads the sections of a config into printer objects, noting all errors."""
 
@@ -74,6 +79,8 @@ class SectionLoader:
         self.errors = []
         self.failed = {}                # section -> its ConfigError
         self.misnamed = {}              # section without entry point -> text
+        # What is being made, innermost last; None for a core module
+        self.loading = []
 
     def try_call(self, func, *args):
         """Call func; a ConfigError is noted.  Returns True without error."""
@@ -90,10 +97,10 @@ class SectionLoader:
         if section in self.failed:
             raise self.failed[section]
         try:
-            entry = self._find_entry(section, default)
+            module, entry = self._find_entry(section, default)
             if entry is None:
                 return default
-            obj = entry(config.getsection(section))
+            obj = self._make(module, entry, config.getsection(section))
         except ConfigError as err:
             config.fileconfig.locate(err, section)
             self.failed[section] = err
@@ -101,11 +108,29 @@ class SectionLoader:
         self.printer.objects[section] = obj
         return obj
 
+    def _make(self, module, entry, config):
+        may_lack = getattr(module, "MAY_LACK_FIRMWARE", False)
+        self.loading.append(LoadedSection(config.get_name(), may_lack))
+        try:
+            return entry(config)
+        finally:
+            self.loading.pop()
+
+    def find_loading(self):
+        """The LoadedSection that is being made; None if there is none."""
+        if not self.loading:
+            return None
+        if self.loading[-1] is not None:
+            return self.loading[-1]
+        # a core module asks many sections
+        store = self.printer.lookup_object("configfile").store
+        return LoadedSection(store.last_asked[0], False)
+
     def _find_entry(self, section, default):
-        """The function that makes the object of a section."""
+        """The module of a section and its function that makes the object."""
         module = self._find_module(section.partition(" ")[0], default)
         if module is None:
-            return None
+            return None, None
         is_named = " " in section
         entry = getattr(module, "load_config_prefix" if is_named else "load_config",
                         None)
@@ -114,7 +139,7 @@ class SectionLoader:
                 section, "no name" if is_named else "a name: [%s my_name]" % (section,))
             if default is _Required:
                 raise ConfigError(self.misnamed[section])
-        return entry
+        return module, entry
 
     def _find_module(self, name, default):
         if not name.isidentifier():
@@ -154,8 +179,8 @@ class SectionLoader:
         if self.errors:
             raise configfile.collect(self.errors)
 
-    @staticmethod
-    def _add_core(module, config):
+    def _add_core(self, module, config):
+        self.loading.append(None)
         try:
             module.add_printer_objects(config)
         except ConfigError as err:
@@ -163,6 +188,8 @@ class SectionLoader:
                 store = config.fileconfig
                 store.locate(err, err.section or store.last_asked[0])
             raise
+        finally:
+            self.loading.pop()
 
     def _load_optional(self, config, section):
         if section not in self.printer.objects:
@@ -264,6 +291,10 @@ class Printer:
         if section in self.objects:
             return self.objects[section]
         return self.loader.load(config, section, default)
+
+    def find_loading(self):
+        """The section whose object is being made, (name, may_lack), or None."""
+        return self.loader.find_loading()
 
     # Events
 

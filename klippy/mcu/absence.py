@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An mcu that may be absent: at the start, or gone and back while the printer runs.
+"""What may be absent: an mcu, or the part of its firmware that a section needs.
+
+An mcu may be absent at the start, or go and come back while the printer runs.
 
 Its loss is told, not a reason to shut down.  It is looked for at once and then
 every reconnect_interval, and configured anew when it is there: that runs all
@@ -11,6 +13,7 @@ import logging
 
 from klippy import msgproto
 from klippy.errors import CommandError, ConfigError, McuError
+from klippy.mcu.part import LackError
 
 RECONNECT_INTERVAL = 0.5
 # Silence (s) that ends one try to reach it
@@ -21,7 +24,8 @@ REBOOT_TIME = 0.1
 ATTEMPT_LIMIT = 10.
 
 
-# What others ask; a chip of a plug-in may know nothing of absence
+# What others ask, of an mcu or a Part of one; a chip of a plug-in may know nothing of
+# absence
 
 
 def may_be_absent(mcu):
@@ -30,8 +34,29 @@ def may_be_absent(mcu):
 
 
 def is_absent(mcu):
-    """True while the mcu is gone."""
+    """True while the mcu is gone, and for what its firmware lacks."""
     return getattr(mcu, "non_critical_disconnected", False)
+
+
+def find_part(mcu):
+    """The Part of an mcu for the section that is loaded, which asks for hardware there;
+    the mcu itself if that knows nothing of parts."""
+    get_part = getattr(mcu, "get_part", None)
+    return mcu if get_part is None else get_part()
+
+
+def make_part(mcu, what=None, may_lack=False):
+    """As find_part(), for less than all that the section has (`what` says for what), or
+    for something that serves more sections (see add_user)."""
+    make = getattr(mcu, "make_part", None)
+    return mcu if make is None else make(what, may_lack)
+
+
+def add_user(part):
+    """The section that is loaded uses a part that another made."""
+    add = getattr(part, "add_user", None)
+    if add is not None:
+        add()
 
 
 def find_mcu(sensor):
@@ -40,10 +65,24 @@ def find_mcu(sensor):
     return None if pin is None else pin.get_mcu()
 
 
+def find_sensor_part(sensor):
+    """As find_mcu(): the part of it that reads the pin."""
+    pin = getattr(sensor, "mcu_adc", None)
+    return None if pin is None else getattr(pin, "part", pin.get_mcu())
+
+
 def raise_if_absent(mcu):
-    """Raise CommandError while the mcu is gone."""
+    """Raise CommandError while the mcu is gone, and for what its firmware lacks."""
+    raise_if_lacking(mcu)
     if is_absent(mcu):
         raise CommandError("Mcu '%s' is not connected" % (mcu.get_name(),))
+
+
+def raise_if_lacking(part):
+    """Raise CommandError for what the firmware lacks, which will not come back."""
+    lack = getattr(part, "lack", None)
+    if lack is not None:
+        raise CommandError(lack)
 
 
 def check_present(mcu, what):
@@ -167,7 +206,7 @@ class Absence:
             return
         try:
             is_back = self._try(self._connect)
-        except (ConfigError, WrongFirmwareError, msgproto.error) as err:
+        except (ConfigError, WrongFirmwareError, LackError, msgproto.error) as err:
             self._give_up(err)
             return
         if not is_back:
@@ -198,7 +237,8 @@ class Absence:
     def _try(self, step):
         """Do a step of connecting; False, and the link is closed, if the mcu fails.
 
-        Raises ConfigError, msgproto.error or WrongFirmwareError if it never can work.
+        Raises ConfigError, msgproto.error, LackError or WrongFirmwareError if it never
+        can work.
         """
         mcu = self._mcu
         self._attempt += 1
@@ -208,7 +248,7 @@ class Absence:
             self._reactor.monotonic() + ATTEMPT_LIMIT)
         try:
             step()
-        except (WrongFirmwareError, msgproto.error):
+        except (WrongFirmwareError, LackError, msgproto.error):
             raise
         except McuError as err:
             logging.debug("mcu '%s': %s", mcu.get_name(), err)

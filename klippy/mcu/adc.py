@@ -27,7 +27,8 @@ class MCU_adc:
         self._inv_max_adc = 0.
         self._callback = None
         self._last_state = (0., 0.)
-        mcu.register_config_callback(self._build_config)
+        self.part = absence.find_part(mcu)
+        self.part.register_config_callback(self._build_config)
         absence.watch(mcu, self._handle_loss, None)
 
     def get_mcu(self):

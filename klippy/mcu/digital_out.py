@@ -20,7 +20,8 @@ class MCU_digital_out:
         self._oid = None
         self._set_cmd = None
         self._value = None
-        mcu.register_config_callback(self._build_config)
+        self.part = absence.find_part(mcu)
+        self.part.register_config_callback(self._build_config)
         absence.watch(mcu, None, self._handle_return)
 
     def get_mcu(self):
@@ -39,7 +40,7 @@ class MCU_digital_out:
     def set_digital(self, print_time, value):
         """Change the output at print_time."""
         self._value = value
-        if absence.is_absent(self._mcu):
+        if absence.is_absent(self.part):
             return
         clock = self._mcu.output_clock(print_time, self._last_clock)
         self._set_cmd.send([self._oid, clock, int(bool(value)) ^ self._invert],

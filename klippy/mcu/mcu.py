@@ -12,12 +12,13 @@ from klippy import clocksync, dangers, msgproto, pins, serialhdl
 from klippy.errors import ConfigError, McuError
 from klippy.mcu import absence
 from klippy.mcu.adc import MCU_adc
-from klippy.mcu.commands import CommandQueryWrapper, CommandWrapper
 from klippy.mcu.configphase import ConfigPhase
 from klippy.mcu.connection import Connection
 from klippy.mcu.digital_out import MCU_digital_out
 from klippy.mcu.endstop import MCU_endstop
 from klippy.mcu.faults import FaultWatch
+from klippy.mcu.lookup import FirmwareLookup
+from klippy.mcu.part import LackError, Parts, find_user
 from klippy.mcu.pwm import MCU_pwm
 from klippy.mcu.restart import METHODS, McuRestart, list_behind
 from klippy.mcu.stats import McuStats
@@ -44,7 +45,7 @@ PIN_CLASSES = {"endstop": MCU_endstop, "digital_out": MCU_digital_out,
                "pwm": MCU_pwm, "adc": MCU_adc}
 
 
-class MCU:
+class MCU(FirmwareLookup):
     """A micro-controller of the printer."""
 
     error = McuError
@@ -70,10 +71,10 @@ class MCU:
         self._faults = FaultWatch(self)
         self._stats = McuStats(self)
         self._config = ConfigPhase(self._name, printer)
+        self._parts = Parts(self)
         self._absence = absence.Absence(self, config) if self.is_non_critical else None
         self._post_init_callbacks = []
         self._movequeue_callbacks = []
-        self._reserved_move_slots = 0
         self.late_outputs = 0
         self._mcu_freq = 0.
         self._is_configured = self._has_restarted = False
@@ -219,8 +220,8 @@ class MCU:
                     raise McuError("Failed automated reset of MCU '%s'"
                                    % (self._name,))
                 self._send_config(True, config_params["crc"])
-        except msgproto.error as err:
-            self._note_error("protocol", err)
+        except (msgproto.error, LackError) as err:
+            self._note_error("lack" if isinstance(err, LackError) else "protocol", err)
             raise
         self._is_configured = True
         self._printer.get_start_args().get(RESTART_TRIES, {}).pop(self._name, None)
@@ -228,8 +229,9 @@ class MCU:
         if machine is not None:
             machine.note_configured(self._name, self._config.config_cmds)
         self._start_move_queue(config_params["move_count"])
-        for callback in self._post_init_callbacks:
-            callback()
+        for callback, part in self._post_init_callbacks:
+            if part is None or part.lack is None:
+                callback()
 
     def _query_config(self):
         if self.is_fileoutput():
@@ -250,14 +252,15 @@ class MCU:
     def _send_config(self, is_configured, crc=None):
         """Send the configuration, or only its start if the mcu has it."""
         resolver = pins.get(self._printer).get_pin_resolver(self._name)
-        self._reserved_move_slots = 0
-        self._config.build(resolver)
+        parser = self._serial.get_msgparser()
+        self._parts.reset()
+        self._config.build(parser, resolver)
+        self._parts.tell()
         if is_configured and crc != self._config.crc:
             self._demand_restart("its configuration differs")
             raise McuError("MCU '%s' CRC does not match config" % (self._name,))
         logging.info("mcu '%s': %s configuration (crc %d)", self._name,
                      "keeping" if is_configured else "sending", self._config.crc)
-        parser = self._serial.get_msgparser()
         for cmd in self._config.encode(parser, is_configured):
             self._serial.raw_send(cmd)
 
@@ -289,18 +292,19 @@ class MCU:
         raise McuError("Attempt to restart MCU '%s' failed" % (self._name,))
 
     def _start_move_queue(self, move_count):
-        free = move_count - self._reserved_move_slots
+        reserved = self._config.move_slots
+        free = move_count - reserved
         if free < 1:
             raise McuError(
                 "Too few moves available on MCU '%s': it has room for %d, and %d are"
-                " reserved for outputs" % (self._name, move_count,
-                                           self._reserved_move_slots))
+                " reserved for outputs" % (self._name, move_count, reserved))
         logging.info("mcu '%s': configured, %d moves", self._name, move_count)
         for callback in self._movequeue_callbacks:
             callback(self._serial.get_serialqueue(), free)
 
     def _handle_ready(self):
-        """Warn about firmware of another build than the host's."""
+        """Tell of what the firmware lacks, and if it is of another build."""
+        self._parts.say()
         version = self._get_status_info.get("mcu_version", "")
         host = str(self._printer.get_start_args().get("software_version", ""))
         if version and host and host != "?" and version.split("-")[0] != host.split(
@@ -321,13 +325,28 @@ class MCU:
         """Number for a new object of the mcu."""
         return self._config.create_oid()
 
-    def register_config_callback(self, callback):
-        """Call callback() when commands are known and config may be added."""
-        self._config.callbacks.append(callback)
+    def get_part(self):
+        """The Part of the section that is being loaded."""
+        return self._parts.get()
+
+    def make_part(self, what=None, may_lack=False):
+        """A new Part for the section that is being loaded: see klippy/mcu/part.py."""
+        return self._parts.make(what, may_lack)
+
+    def _find_part(self):
+        """As get_part(); None while no section is being loaded."""
+        return None if find_user(self._printer) is None else self._parts.get()
+
+    def register_config_callback(self, callback, part=None):
+        """Call callback() when commands are known and config may be added.
+
+        If the firmware lacks what it needs, the Part is left out, or nothing starts.
+        """
+        self._config.add_callback(callback, part or self._find_part())
 
     def register_post_init_callback(self, callback):
         """Call callback() when the mcu is configured."""
-        self._post_init_callbacks.append(callback)
+        self._post_init_callbacks.append((callback, self._find_part()))
 
     def register_movequeue_callback(self, callback):
         """Call callback(serialqueue, move_count) when the mcu is configured.
@@ -339,11 +358,11 @@ class MCU:
 
     def add_config_cmd(self, cmd, is_init=False, on_restart=False):
         """Add a command (text) to the configuration."""
-        self._config.add(cmd, is_init, on_restart)
+        self._config.add(cmd, is_init, on_restart, self._find_part())
 
     def request_move_queue_slot(self):
         """Keep one entry of the mcu's move queue free for an output."""
-        self._reserved_move_slots += 1
+        self._config.reserve_move_slot(self._find_part())
 
     def get_query_slot(self, oid):
         """Clock at which a periodic query of this object should start."""
@@ -361,55 +380,11 @@ class MCU:
         """As register_serial_response(), by the name of the response."""
         self._serial.register_response(callback, name, oid)
 
-    # Commands
-
-    def _lookup(self, msgformat):
-        try:
-            return self._serial.get_msgparser().lookup_command(msgformat)
-        except msgproto.error as err:
-            raise msgproto.error(
-                "MCU '%s' is of another build: %s. Build and flash the firmware"
-                " again, or leave out the sections that need this"
-                % (self._name, err))
-
-    def lookup_command(self, msgformat, cq=None):
-        """A CommandWrapper.  Raises msgproto.error naming what is missing."""
-        return CommandWrapper(self, self._lookup(msgformat), cq)
-
-    def lookup_query_command(self, msgformat, respformat, oid=None, cq=None,
-                             is_async=False):
-        """A CommandQueryWrapper."""
-        response = self._lookup(respformat)
-        return CommandQueryWrapper(self, self._lookup(msgformat), response.name,
-                                   oid, cq)
-
-    def try_lookup_command(self, msgformat):
-        """A CommandWrapper, or None if the firmware lacks the command."""
-        try:
-            message = self._serial.get_msgparser().lookup_command(msgformat)
-        except msgproto.error:
-            return None
-        return CommandWrapper(self, message, None)
-
-    def lookup_response_tag(self, msgformat):
-        """Number of a response in the dictionary."""
-        return self._lookup(msgformat).msgid
+    # Commands: see also FirmwareLookup
 
     def alloc_command_queue(self):
         """A command queue of the mcu's link."""
         return self._serial.alloc_command_queue()
-
-    def get_enumerations(self):
-        """{enumeration: {name: value}} of the firmware."""
-        return self._serial.get_msgparser().get_enumerations()
-
-    def get_constants(self):
-        """{name: value} of the firmware."""
-        return self._serial.get_msgparser().get_constants()
-
-    def get_constant_float(self, name):
-        """A constant of the firmware."""
-        return self._serial.get_msgparser().get_constant_float(name)
 
     # Time
 

@@ -3,4 +3,4 @@
 cdef class MCU_pwm:
     cdef dict __dict__
     cdef object __weakref__
-    cdef public object _mcu
+    cdef public object _mcu, part

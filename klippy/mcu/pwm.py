@@ -27,7 +27,8 @@ class MCU_pwm:
         self._oid = None
         self._set_cmd = None
         self._value = None
-        mcu.register_config_callback(self._build_config)
+        self.part = absence.find_part(mcu)
+        self.part.register_config_callback(self._build_config)
         absence.watch(mcu, None, self._handle_return)
 
     def get_mcu(self):
@@ -58,7 +59,7 @@ class MCU_pwm:
     def set_pwm(self, print_time, value):
         """Change the duty at print_time."""
         self._value = value
-        if absence.is_absent(self._mcu):
+        if absence.is_absent(self.part):
             return
         clock = self._mcu.output_clock(print_time, self._last_clock)
         ticks = int(self._duty(value) * self._pwm_max + 0.5)

@@ -12,6 +12,7 @@ from klippy import mcu as mcu_module
 from klippy import pins
 from klippy.errors import CommandError
 from klippy.mcu import absence
+from klippy.msgproto import MissingError
 
 SPI_TRANSFER = "spi_transfer oid=%c data=%*s"
 SPI_RESPONSE = "spi_transfer_response oid=%c response=%*s"
@@ -26,9 +27,13 @@ I2C_ERRORS = {
 def resolve_bus_name(mcu, param, bus):
     """Name of a bus of the mcu, its pins reserved; None stands for the first.
 
-    param: name of the enumeration, spi_bus or i2c_bus.  Raises ConfigError.
+    param: name of the enumeration, spi_bus or i2c_bus.  Raises ConfigError, or
+    MissingError if the firmware has no such buses.
     """
-    buses = mcu.get_enumerations().get(param, {})
+    buses = mcu.get_enumerations().get(param)
+    if buses is None:
+        raise MissingError("there are no names of a %s" % (param,), "enumeration",
+                           param)
     numbers = {value: name for name, value in buses.items()}
     if bus is None:
         if 0 not in numbers:
@@ -56,6 +61,7 @@ class MCU_SPI:
         self.mcu, self.bus, self.sw_pins = mcu, bus, sw_pins
         self.mode, self.speed = mode, speed
         self.oid = mcu.create_oid()
+        self.part = absence.find_part(mcu)
         if pin is None:
             mcu.add_config_cmd("config_spi_without_cs oid=%d" % (self.oid,))
         else:
@@ -63,7 +69,7 @@ class MCU_SPI:
                                % (self.oid, pin, cs_active_high))
         self.cmd_queue = mcu.alloc_command_queue()
         self.send_cmd = self.transfer_cmd = None
-        mcu.register_config_callback(self._build_config)
+        self.part.register_config_callback(self._build_config)
 
     def _build_config(self):
         mcu = self.mcu
@@ -99,7 +105,7 @@ class MCU_SPI:
 
     def spi_send(self, data, minclock=0, reqclock=0):
         """Send bytes; does not wait.  An mcu that is absent gets none."""
-        if absence.is_absent(self.mcu):
+        if absence.is_absent(self.part):
             return
         if self.send_cmd is None:
             # before the mcu is configured: part of its start
@@ -111,7 +117,7 @@ class MCU_SPI:
 
     def spi_transfer(self, data, minclock=0, reqclock=0):
         """Exchange bytes and wait; {"response": bytes}."""
-        absence.raise_if_absent(self.mcu)
+        absence.raise_if_absent(self.part)
         if self.mcu.is_fileoutput():
             self.spi_send(data, minclock, reqclock)
             return {"response": bytes(len(data))}
@@ -120,7 +126,7 @@ class MCU_SPI:
 
     def spi_transfer_with_preface(self, preface_data, data, minclock=0, reqclock=0):
         """Send preface_data directly ahead of an exchange."""
-        absence.raise_if_absent(self.mcu)
+        absence.raise_if_absent(self.part)
         if self.mcu.is_fileoutput():
             self.spi_send(preface_data, minclock, reqclock)
             return self.spi_transfer(data, minclock, reqclock)
@@ -171,11 +177,12 @@ class MCU_I2C:
         self.mcu, self.bus, self.sw_pins = mcu, bus, sw_pins
         self.i2c_address, self.speed = addr, speed
         self.oid = mcu.create_oid()
+        self.part = absence.find_part(mcu)
         mcu.add_config_cmd("config_i2c oid=%d" % (self.oid,))
         self.cmd_queue = mcu.alloc_command_queue()
         self.transfer_cmd = self.query_cmd = None
         self.is_failing = False
-        mcu.register_config_callback(self._build_config)
+        self.part.register_config_callback(self._build_config)
 
     def _build_config(self):
         mcu = self.mcu
@@ -223,7 +230,7 @@ class MCU_I2C:
 
     def i2c_write_noack(self, data, minclock=0, reqclock=0):
         """Write bytes; does not wait.  The log tells if nobody takes them."""
-        if absence.is_absent(self.mcu):
+        if absence.is_absent(self.part):
             return
         self.transfer_cmd.send([self.oid, bytes(data), 0], minclock=minclock,
                                reqclock=reqclock)
@@ -239,7 +246,7 @@ class MCU_I2C:
         return self._transfer(write, read_len, 0, 0, retry)
 
     def _transfer(self, data, read_len, minclock, reqclock, retry):
-        absence.raise_if_absent(self.mcu)
+        absence.raise_if_absent(self.part)
         if self.mcu.is_fileoutput():
             self.i2c_write_noack(data, minclock, reqclock)
             return {"response": bytes(read_len)}

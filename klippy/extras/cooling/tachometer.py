@@ -28,7 +28,9 @@ class FanTachometer:
         self.last_count = self.last_time = None
         self.frequency = 0.0
         self.samples = 0             # reports so far, one each SAMPLE_TIME
-        self.mcu.register_config_callback(self._build_config)
+        self.part = absence.make_part(
+            self.mcu, "option 'tachometer_pin'", may_lack=True)
+        self.part.register_config_callback(self._build_config)
         absence.watch(self.mcu, self._handle_loss, None)
 
     def _handle_loss(self):
@@ -36,14 +38,6 @@ class FanTachometer:
 
     def _build_config(self):
         mcu, oid = self.mcu, self.oid
-        constants = mcu.get_constants()
-        if mcu.try_lookup_command(
-                "config_counter oid=%c pin=%u pull_up=%c") is None:
-            raise mcu.get_printer().config_error(
-                "Option 'tachometer_pin' in section '%s': the firmware of mcu"
-                " '%s' (%s) has no pulse counter; build it with counters or"
-                " remove the option" % (self.section, mcu.get_name(),
-                                        constants.get("MCU", "unknown")))
         mcu.add_config_cmd("config_counter oid=%d pin=%s pull_up=%d"
                            % (oid, self.pin["pin"], self.pin["pullup"]))
         clock = mcu.get_query_slot(oid)
@@ -77,9 +71,9 @@ class FanTachometer:
 
     def has_reports(self):
         """True if its mcu has reported a count that the next can be compared with."""
-        return self.last_time is not None and not absence.is_absent(self.mcu)
+        return self.last_time is not None and not absence.is_absent(self.part)
 
     def get_status(self, eventtime):
-        if self.frequency is None or absence.is_absent(self.mcu):
+        if self.frequency is None or absence.is_absent(self.part):
             return {"rpm": None}
         return {"rpm": self.frequency * 60.0 / self.pulses_per_turn}

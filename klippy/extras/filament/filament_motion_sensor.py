@@ -6,6 +6,9 @@ run out, is stuck or slips.
 """
 from klippy.extras.filament_runout import RunoutHelper
 
+# The printer goes on without it
+MAY_LACK_FIRMWARE = True
+
 CHECK_PERIOD = 0.25         # s
 
 
@@ -15,7 +18,7 @@ class EncoderSensor:
     def __init__(self, config):
         self.printer = printer = config.get_printer()
         self.reactor = printer.get_reactor()
-        printer.load_object(config, "buttons").register_buttons(
+        part = printer.load_object(config, "buttons").register_buttons(
             [config.get("switch_pin")], self._handle_edge)
         self.section = config.get_name()
         self.extruder_name = config.get("extruder")
@@ -27,6 +30,7 @@ class EncoderSensor:
         self.helper = RunoutHelper(config, has_distance=False)
         self.helper.on_reset = self._note_motion
         self.runout_helper = self.helper
+        self.helper.part = part
         self.helper.on_set = self._set_options
         register = printer.register_event_handler
         register("klippy:connect", self._handle_connect)

@@ -61,6 +61,8 @@ class RunoutHelper:
         self.runout_start = None
         self.runout_elapsed = 0.0
         self.timer = self.reactor.register_timer(self._check_distance)
+        # What of an mcu the sensor is: without it there is nothing to react to
+        self.part = None
         # A sensor's own part of SET_FILAMENT_SENSOR
         self.on_set = lambda gcmd: None
         self.on_reset = lambda eventtime: None
@@ -106,7 +108,7 @@ class RunoutHelper:
 
     def _check_start(self, eventtime):
         """A print starts without filament."""
-        if (self.options.enabled and not self.filament_present
+        if (self.is_enabled() and not self.filament_present
                 and eventtime >= self.min_event_time and self._is_printing(eventtime)):
             self._begin_runout(eventtime)
 
@@ -129,7 +131,7 @@ class RunoutHelper:
             return
         self.filament_present = is_filament_present
         self._fire_event(eventtime)
-        if eventtime < self.min_event_time or not self.options.enabled:
+        if eventtime < self.min_event_time or not self.is_enabled():
             return
         is_printing = self._is_printing(eventtime)
         if is_filament_present:
@@ -146,7 +148,7 @@ class RunoutHelper:
     def _fire_event(self, eventtime):
         if eventtime < self.min_event_time and not self.options.always_fire_events:
             return
-        if self.options.enabled or self.options.always_fire_events:
+        if self.is_enabled() or self.options.always_fire_events:
             kind = "insert" if self.filament_present else "runout"
             self.printer.send_event("filament:" + kind, eventtime, self.name)
 
@@ -171,7 +173,7 @@ class RunoutHelper:
         if self.runout_elapsed < self.options.runout_distance:
             return eventtime + DISTANCE_PERIOD
         self._end_distance()
-        if self.options.enabled:
+        if self.is_enabled():
             self._finish_runout()
         return self.reactor.NEVER
 
@@ -211,6 +213,10 @@ class RunoutHelper:
 
     # Users
 
+    def is_enabled(self):
+        """True if it is on, and there is something to sense with."""
+        return bool(self.options.enabled) and getattr(self.part, "lack", None) is None
+
     @property
     def sensor_enabled(self):
         """Whether the sensor is on; plug-ins assign it."""
@@ -223,7 +229,7 @@ class RunoutHelper:
     def get_status(self, eventtime):
         options = self.options
         status = {"filament_detected": bool(self.filament_present),
-                  "enabled": bool(options.enabled), "smart": options.smart,
+                  "enabled": self.is_enabled(), "smart": options.smart,
                   "always_fire_events": options.always_fire_events}
         if self.has_distance:
             status.update(runout_distance=options.runout_distance,

@@ -9,6 +9,9 @@ from klippy.extras import query_adc
 from klippy.extras.filament_runout import RunoutHelper
 from klippy.extras.filament_width import FlowControl
 
+# The printer goes on without it
+MAY_LACK_FIRMWARE = True
+
 REPORT_TIME = 0.500         # s
 SAMPLE_TIME = 0.01
 SAMPLE_COUNT = 15
@@ -35,6 +38,7 @@ class HallFilamentWidthSensor:
             "max_diameter", self.flow.nominal + max_difference)
         self.is_logging = config.getboolean("logging", False)
         self.runout_helper = RunoutHelper(config)
+        self.runout_helper.part = getattr(self.adcs[0], "part", None)
         self._register(printer)
 
     def _setup_adc(self, config, option):

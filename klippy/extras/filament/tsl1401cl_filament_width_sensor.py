@@ -3,6 +3,9 @@
 from klippy.extras import query_adc
 from klippy.extras.filament_width import FlowControl
 
+# The printer goes on without it
+MAY_LACK_FIRMWARE = True
+
 REFERENCE = 5.0             # V
 REPORT_TIME = 0.500         # s
 SAMPLE_TIME = 0.03

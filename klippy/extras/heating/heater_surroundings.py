@@ -4,6 +4,9 @@
 All of it is looked at on the main thread, four times a second, and kept for
 the control, which runs where readings arrive.
 """
+
+from klippy.mcu import absence
+
 SAMPLE_TIME = 0.25
 # Filament faster than this (mm/s) is an extruder that was set anew
 MAX_FILAMENT_SPEED = 200.0
@@ -88,7 +91,8 @@ class HeaterSurroundings:
         if self.fan is not None:
             self.fan_speed = self.fan.fan.last_speed
         if self.sensor is not None:
-            self.room = self.sensor.get_temp(eventtime)[0]
+            is_blind = absence.is_absent(getattr(self.sensor, "part", None))
+            self.room = None if is_blind else self.sensor.get_temp(eventtime)[0]
         if self.extruder is not None:
             self._sample_filament(eventtime)
         return eventtime + SAMPLE_TIME

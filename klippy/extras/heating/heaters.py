@@ -3,6 +3,7 @@
 import importlib.util
 
 from klippy.extras.heater import Heater
+from klippy.mcu import absence
 
 __all__ = ["Heater", "PrinterHeaters"]
 
@@ -216,6 +217,7 @@ class PrinterHeaters:
         sensor = self.heaters.get(name)
         if sensor is None:
             sensor = self.printer.lookup_object(name)
+        absence.raise_if_lacking(getattr(sensor, "part", None))
 
         def is_outside(eventtime):
             return not low <= sensor.get_temp(eventtime)[0] <= high

@@ -7,6 +7,9 @@ green, red; then at least half a bit more a led, to push the last ones through.
 from klippy.extras import bus
 from klippy.mcu import absence
 
+# The printer goes on without it
+MAY_LACK_FIRMWARE = True
+
 SPEED = 500000              # Hz
 MODE = 0
 FULL_BRIGHTNESS = 0xff

@@ -2,6 +2,9 @@
 """Colours of all kinds of lights: SET_LED, SET_LED_TEMPLATE, and [led name]."""
 from functools import partial
 
+# The printer goes on without it
+MAY_LACK_FIRMWARE = True
+
 CHANNELS = ("red", "green", "blue", "white")
 MIN_UPDATE_TIME = 0.010         # s
 

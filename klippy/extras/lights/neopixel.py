@@ -4,6 +4,9 @@ import logging
 
 from klippy.mcu import absence
 
+# The printer goes on without it
+MAY_LACK_FIRMWARE = True
+
 # Longest pause between two bits that leds do not take for the end (s)
 BIT_MAX_TIME = 0.000004
 # Shortest pause that they take for it (s)
@@ -41,7 +44,8 @@ class PrinterNeoPixel:
         self.helper = printer.load_object(config, "led").setup_helper(
             config, self._update, count)
         self.get_status = self.helper.get_status
-        self.mcu.register_config_callback(self._build_config)
+        self.part = absence.find_part(self.mcu)
+        self.part.register_config_callback(self._build_config)
         printer.register_event_handler("klippy:connect", self._handle_connect)
         absence.watch(self.mcu, None, self._handle_connect)
 
@@ -88,7 +92,7 @@ class PrinterNeoPixel:
                      for led, channel in self.layout)
 
     def _update(self, colors, print_time):
-        if absence.is_absent(self.mcu):
+        if absence.is_absent(self.part):
             self.sent_data = None
             return
         data, old = self._pack(colors), self.sent_data

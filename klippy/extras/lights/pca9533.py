@@ -6,6 +6,9 @@ has more than two levels between off and full, the nearest one is used.
 """
 from klippy.extras import i2c_light
 
+# The printer goes on without it
+MAY_LACK_FIRMWARE = True
+
 PWM = (2, 4)
 PRESCALER = (1, 3)
 SELECT = 5

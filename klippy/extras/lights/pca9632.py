@@ -5,6 +5,9 @@ The outputs drive transistors (N type), as they do on boards for strips.
 """
 from klippy.extras import i2c_light
 
+# The printer goes on without it
+MAY_LACK_FIRMWARE = True
+
 MODE1, MODE2, PWM0, LEDOUT = 0, 1, 2, 8
 AWAKE = 0
 # inverted, driven both ways

@@ -34,7 +34,8 @@ class McuButtons:
         self.watchers = []               # (mask, shift, callback)
         self.state = self.n_seen = 0     # n_seen as the mcu counts: 8 bits
         self.oid = self.ack_cmd = None
-        mcu.register_config_callback(self._build_config)
+        self.part = absence.make_part(mcu)
+        self.part.register_config_callback(self._build_config)
         absence.watch(mcu, None, self._handle_return)
 
     def has_room(self, count):
@@ -45,6 +46,7 @@ class McuButtons:
         shift = len(self.pins)
         self.pins += pins
         self.watchers.append((((1 << len(pins)) - 1) << shift, shift, callback))
+        absence.add_user(self.part)
 
     def _build_config(self):
         mcu = self.mcu
@@ -95,7 +97,7 @@ class McuButtons:
             self._check_return, self.reactor.monotonic() + RETURN_TIME)
 
     def _check_return(self, eventtime):
-        if not self.n_seen and not absence.is_absent(self.mcu):
+        if not self.n_seen and not absence.is_absent(self.part):
             self._note_state(eventtime, 0)
 
 
@@ -111,9 +113,11 @@ class AdcButtons:
         adc = printer.lookup_object("pins").setup_pin("adc", pin)
         adc.setup_adc_sample(ADC_REPORT_TIME, ADC_SAMPLE_TIME, ADC_SAMPLE_COUNT)
         adc.setup_adc_callback(self._handle_samples)
+        self.part = getattr(adc, "part", adc)
 
     def add(self, min_ohm, max_ohm, callback):
         self.keys.append((min_ohm, max_ohm, callback))
+        absence.add_user(self.part)
 
     def _find_key(self, fraction):
         if fraction >= 1.0:
@@ -202,7 +206,10 @@ class PrinterButtons:
         self.adc_pins = {}
 
     def register_buttons(self, pins, callback):
-        """Call callback(eventtime, state): bit n of state is pins[n], pressed."""
+        """Call callback(eventtime, state): bit n of state is pins[n], pressed.
+
+        Returns the part of the mcu that looks at them (see klippy/mcu/absence.py).
+        """
         ppins = self.printer.lookup_object("pins")
         found = [ppins.lookup_pin(pin, can_invert=True, can_pullup=True)
                  for pin in pins]
@@ -215,7 +222,9 @@ class PrinterButtons:
             raise self.printer.config_error(
                 "Pins %s cannot be buttons: up to %d pins of an mcu can be"
                 % (", ".join("'%s'" % (pin,) for pin in pins), MAX_PINS))
-        self._find_group(mcu, len(found)).add(found, callback)
+        group = self._find_group(mcu, len(found))
+        group.add(found, callback)
+        return group.part
 
     def _find_group(self, mcu, count):
         for group in self.groups:
@@ -246,7 +255,7 @@ class PrinterButtons:
 
     def register_debounce_button(self, pin, callback, config):
         """As register_buttons() of one pin, after the debounce_delay of config."""
-        self.register_buttons([pin], self._debounce(config, callback))
+        return self.register_buttons([pin], self._debounce(config, callback))
 
     def register_debounce_adc_button(self, pin, min_val, max_val, pullup,
                                      callback, config):

@@ -2,6 +2,9 @@
 """[gcode_button name]: G-code for a button that is pressed or released."""
 import logging
 
+# The printer goes on without it
+MAY_LACK_FIRMWARE = True
+
 
 class GCodeButton:
     """Status: state, "PRESSED" or "RELEASED"."""

@@ -3,6 +3,9 @@
 from klippy.extras import template_evaluator
 from klippy.extras.request_queue import GCodeRequestQueue
 
+# The printer goes on without it
+MAY_LACK_FIRMWARE = True
+
 __all__ = ["GCodeRequestQueue", "PrinterOutputPin"]
 
 

@@ -3,6 +3,9 @@
 from klippy.extras.request_queue import GCodeRequestQueue
 from klippy.mcu import absence
 
+# The printer goes on without it
+MAY_LACK_FIRMWARE = True
+
 # The mcu takes another cycle only while the pin does not pulse: it is off for
 # so long (s) in between
 CHANGE_TIME = 0.100
@@ -21,7 +24,8 @@ class CyclePin:
         self.is_pulsing = 0.0 < start_value < 1.0
         self.last_clock = self.cycle_ticks = 0
         self.oid = self.cycle_cmd = self.value_cmd = None
-        self.mcu.register_config_callback(self._build_config)
+        self.part = absence.find_part(self.mcu)
+        self.part.register_config_callback(self._build_config)
 
     def _calc_on_ticks(self, value):
         share = 1.0 - value if self.invert else value
@@ -60,7 +64,7 @@ class CyclePin:
     def set_pwm(self, print_time, value, cycle_time):
         """Change the duty (0..1), and the cycle (s) of a pin that rests."""
         mcu = self.mcu
-        absence.raise_if_absent(mcu)
+        absence.raise_if_absent(self.part)
         clock = mcu.output_clock(print_time, self.last_clock)
         free_clock = self.last_clock + mcu.seconds_to_clock(SETTLE_TIME)
         cycle_ticks = mcu.seconds_to_clock(cycle_time)

@@ -2,6 +2,9 @@
 """[servo name]: a hobby servo, told where to turn by the width of a pulse."""
 from klippy.extras.request_queue import GCodeRequestQueue
 
+# The printer goes on without it
+MAY_LACK_FIRMWARE = True
+
 # Servos expect a pulse every so often (s)
 FRAME_TIME = 0.020
 

@@ -4,6 +4,7 @@
 CONNECT_HELP = "Check the cable, the power of the board and the option 'serial'."
 PROTOCOL_HELP = ("The firmware and the host do not fit together. Build the firmware\n"
                  "from the same version as the host and flash it again.")
+ERROR_HELP = {"connect": CONNECT_HELP, "protocol": PROTOCOL_HELP}
 REASON_HELP = {
     "ADC out of range": (
         "A temperature sensor reads below min_temp or above max_temp. Check the\n"
@@ -81,9 +82,8 @@ class ErrorMcu:
         if kind is not None:
             self._kinds[message] = kind
         kind = self._kinds.get(message)
-        if kind is not None:
-            self._insert(message,
-                         [CONNECT_HELP if kind == "connect" else PROTOCOL_HELP])
+        if kind in ERROR_HELP:
+            self._insert(message, [ERROR_HELP[kind]])
 
     def _insert(self, message, lines):
         """Put lines behind the message in the printer's state."""

@@ -73,6 +73,7 @@ class ScaledADC:
         self.main = main
         self.range_check = RangeCheck(main, pin_params["pin"])
         self.mcu_adc = main.mcu.setup_pin("adc", pin_params)
+        self.part = getattr(self.mcu_adc, "part", None)
         self.callback = None
         self.last_state = (0.0, 0.0)
 

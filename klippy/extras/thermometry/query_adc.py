@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """QUERY_ADC: last value of any analog pin that something registered."""
 
+from klippy.mcu import absence
+
 
 class QueryADC:
     """Registry of analog pins by name."""
@@ -23,6 +25,7 @@ class QueryADC:
             names = ", ".join('"%s"' % n for n in self.adc)
             gcmd.respond_info("Available ADC objects: %s" % (names or "none"))
             return
+        absence.raise_if_lacking(getattr(self.adc[name], "part", None))
         value, sample_time = self.adc[name].get_last_value()
         answer = 'ADC object "%s" has value %.6f (timestamp %.3f)' % (
             name, value, sample_time)

@@ -37,6 +37,11 @@ class PrinterSensorCombined(PolledSensor):
                 raise self.printer.config_error(
                     "Option 'sensor_list' in section '%s': '%s' is no section with a"
                     " temperature" % (self.section, name))
+            lack = getattr(getattr(sensor, "part", None), "lack", None)
+            if lack is not None:
+                raise self.printer.config_error(
+                    "Option 'sensor_list' in section '%s' has a sensor that cannot be"
+                    " read: %s" % (self.section, lack))
             self.sensors.append(sensor)
 
     def _handle_ready(self):

@@ -152,7 +152,10 @@ class PrinterTemperatureMCU(adc_temperature.PrinterADCtoTemperature):
         if self.points:
             raise self._make_error("its chip has two sensors, which one point cannot"
                                    " shift; give two, or none")
-        if twin_sensor.FALLING_PIN not in mcu.get_enumerations().get("pin", {}):
+        names = mcu.get_enumerations().get("pin", {})
+        if PIN not in names:
+            return              # no analog inputs at all: others tell of that
+        if twin_sensor.FALLING_PIN not in names:
             raise self._make_error(
                 "the firmware of mcu '%s' does not show the second sensor of its"
                 " chip; flash a newer one, or %s" % (self.mcu_name, GIVE_POINTS))

@@ -4,13 +4,16 @@
 from klippy import dangers
 from klippy.mcu import absence
 
+# The printer goes on without it
+MAY_LACK_FIRMWARE = True
+
 ABSOLUTE_ZERO = -273.15
 
 
 class PrinterSensorGeneric:
     """Holds the last, lowest and highest reading of one sensor.
 
-    Status: temperature (None while the mcu of the sensor is absent),
+    Status: temperature (None while the sensor's part of the mcu is absent),
     measured_min_temp, measured_max_temp (degC).
     """
 
@@ -28,9 +31,9 @@ class PrinterSensorGeneric:
         self.sensor.setup_callback(self.note_temperature)
         self.last_temp = 0.0
         self.measured = None
-        self.mcu = absence.find_mcu(self.sensor)
-        if self.mcu is not None:
-            absence.watch(self.mcu, self._handle_loss, None)
+        self.part = absence.find_sensor_part(self.sensor)
+        if self.part is not None:
+            absence.watch(absence.find_mcu(self.sensor), self._handle_loss, None)
         heaters.register_sensor(config, self)
 
     def note_temperature(self, read_time, temp):
@@ -53,7 +56,7 @@ class PrinterSensorGeneric:
 
     def get_status(self, eventtime):
         low, high = self.measured or (99999999.0, 0.0)
-        is_absent = self.mcu is not None and absence.is_absent(self.mcu)
+        is_absent = self.part is not None and absence.is_absent(self.part)
         return {"temperature": None if is_absent else round(self.last_temp, 2),
                 "measured_min_temp": round(low, 2),
                 "measured_max_temp": round(high, 2)}

@@ -29,7 +29,7 @@ def make_phase(pin="PA3"):
         phase.add("start oid=%d" % (oid,), is_init=True)
         phase.add("halt oid=%d" % (oid,), on_restart=True)
 
-    phase.callbacks.append(build)
+    phase.add_callback(build)
     return phase
 
 
@@ -40,7 +40,7 @@ def text_of(parser, phase, is_configured):
 
 def test_order_of_commands(parser):
     phase = make_phase()
-    phase.build(pins.PinResolver("mcu"))
+    phase.build(parser, pins.PinResolver("mcu"))
     assert text_of(parser, phase, False) == [
         "allocate_oids count=1", "config_endstop oid=0 pin=PA3 pull_up=1",
         "finalize_config crc=%d" % (phase.crc,), "start oid=0"]
@@ -53,25 +53,25 @@ def test_callbacks_may_register_more(parser):
     phase = make_phase()
 
     def more():
-        phase.callbacks.append(lambda: phase.add("start oid=9", is_init=True))
+        phase.add_callback(lambda: phase.add("start oid=9", is_init=True))
 
-    phase.callbacks.append(more)
-    phase.build(pins.PinResolver("mcu"))
+    phase.add_callback(more)
+    phase.build(parser, pins.PinResolver("mcu"))
     assert text_of(parser, phase, True)[-1] == "start oid=9"
 
 
-def test_aliases_do_not_change_the_checksum():
+def test_aliases_do_not_change_the_checksum(parser):
     direct, aliased = make_phase("PA3"), make_phase("Z_MIN")
     resolver = pins.PinResolver("mcu")
     resolver.alias_pin("Z_MIN", "PA3")
-    direct.build(pins.PinResolver("mcu"))
-    aliased.build(resolver)
+    direct.build(parser, pins.PinResolver("mcu"))
+    aliased.build(parser, resolver)
     assert direct.crc == aliased.crc
 
 
 def test_unknown_pin_is_named_with_near_ones(parser):
     phase = make_phase("PA33")
-    phase.build(pins.PinResolver("mcu"))
+    phase.build(parser, pins.PinResolver("mcu"))
     with pytest.raises(ConfigError, match="'PA33' is not a valid pin.*'mcu'.*'PA3'"):
         phase.encode(parser, False)
 
@@ -79,10 +79,10 @@ def test_unknown_pin_is_named_with_near_ones(parser):
 def test_building_again_gives_the_same(parser):
     """For an mcu that was away: what callbacks add is not there twice."""
     phase = make_phase()
-    phase.callbacks.append(lambda: phase.add(
+    phase.add_callback(lambda: phase.add(
         "config_endstop oid=%d pin=PA4 pull_up=0" % (phase.create_oid(),)))
-    phase.build(pins.PinResolver("mcu"))
+    phase.build(parser, pins.PinResolver("mcu"))
     first, crc = text_of(parser, phase, False), phase.crc
-    phase.build(pins.PinResolver("mcu"))
+    phase.build(parser, pins.PinResolver("mcu"))
     assert text_of(parser, phase, False) == first and phase.crc == crc
     assert phase.oid_count == 2

@@ -278,7 +278,7 @@ def test_missing_command_names_command_and_mcu(make_bench):
 
     def body(it):
         assert it.state == "error"
-        assert "MCU 'mcu' is of another build" in it.message
+        assert "the firmware of mcu 'mcu' lacks the command" in it.message
         assert "'config_teapot'" in it.message
         assert "flash" in it.message
 
