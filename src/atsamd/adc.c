@@ -10,6 +10,8 @@
 #include "adc_pins.h"
 
 DECL_CONSTANT("ADC_MAX", 4095);
+/* VREFA: boards may tie it to their reference */
+DECL_CONSTANT_STR("RESERVE_PINS_adc", "PA3");
 #ifdef ADC_INPUT_TEMPERATURE
 DECL_ENUMERATION("pin", "ADC_TEMPERATURE", PIN_ADC_TEMPERATURE);
 #endif

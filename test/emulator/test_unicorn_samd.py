@@ -106,6 +106,7 @@ def test_analog_input(config, chip, crystal, pin, make_board):
     if pin == "PA11" and "PA11" in board.dictionary["config"]["RESERVE_PINS_serial"]:
         pytest.skip("the console's")
     board.configure(("config_analog_in", dict(oid=4, pin=number)))
+    assert board.dictionary["config"]["RESERVE_PINS_adc"] == "PA3"
     expected = CHIP_SENSORS.get(pin, 0x5678 >> 4)
     assert read_analog(board)[-1] == 4 * expected
 

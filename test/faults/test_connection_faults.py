@@ -403,7 +403,7 @@ def test_no_stepper_commands(make_host, tmp_path, firmware):
         return content
     library = replace_dictionary(firmware, tmp_path, change)
     expect_error(other_host(make_host, tmp_path, library), "'mcu'", "step",
-                 "of another build")
+                 "build the firmware of this version")
 
 
 def test_other_version(make_host, tmp_path, firmware, job, all_logs):

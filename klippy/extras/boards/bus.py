@@ -11,6 +11,7 @@ import logging
 from klippy import mcu as mcu_module
 from klippy import pins
 from klippy.errors import CommandError
+from klippy.extras import older_bus
 from klippy.mcu import absence
 from klippy.msgproto import MissingError
 
@@ -74,11 +75,7 @@ class MCU_SPI:
     def _build_config(self):
         mcu = self.mcu
         if self.sw_pins is not None:
-            # half a clock period
-            pulse_ticks = mcu.seconds_to_clock(0.5 / self.speed)
-            mcu.add_config_cmd(
-                "spi_set_sw_bus oid=%d miso_pin=%s mosi_pin=%s sclk_pin=%s mode=%d"
-                " pulse_ticks=%d" % (self.oid, *self.sw_pins, self.mode, pulse_ticks))
+            self._add_sw_bus()
         else:
             bus = resolve_bus_name(mcu, "spi_bus", self.bus)
             mcu.add_config_cmd("spi_set_bus oid=%d spi_bus=%s mode=%d rate=%d"
@@ -87,6 +84,16 @@ class MCU_SPI:
                                            cq=self.cmd_queue)
         self.transfer_cmd = mcu.lookup_query_command(
             SPI_TRANSFER, SPI_RESPONSE, oid=self.oid, cq=self.cmd_queue)
+
+    def _add_sw_bus(self):
+        mcu = self.mcu
+        if older_bus.add_spi_sw(mcu, self.oid, self.sw_pins, self.mode, self.speed):
+            return
+        # half a clock period
+        pulse_ticks = mcu.seconds_to_clock(0.5 / self.speed)
+        mcu.add_config_cmd(
+            "spi_set_sw_bus oid=%d miso_pin=%s mosi_pin=%s sclk_pin=%s mode=%d"
+            " pulse_ticks=%d" % (self.oid, *self.sw_pins, self.mode, pulse_ticks))
 
     def setup_shutdown_msg(self, shutdown_seq):
         """Bytes that the mcu sends to the device when it shuts down."""
@@ -187,18 +194,28 @@ class MCU_I2C:
     def _build_config(self):
         mcu = self.mcu
         if self.sw_pins is not None:
-            pulse_ticks = mcu.seconds_to_clock(0.5 / self.speed)
-            mcu.add_config_cmd(
-                "i2c_set_sw_bus oid=%d scl_pin=%s sda_pin=%s pulse_ticks=%d address=%d"
-                % (self.oid, *self.sw_pins, pulse_ticks, self.i2c_address))
+            self._add_sw_bus()
         else:
             bus = resolve_bus_name(mcu, "i2c_bus", self.bus)
             mcu.add_config_cmd("i2c_set_bus oid=%d i2c_bus=%s rate=%d address=%d"
                                % (self.oid, bus, self.speed, self.i2c_address))
+        if older_bus.has(mcu, older_bus.I2C_WRITE):
+            self.transfer_cmd = older_bus.OlderTransfer(mcu, self.oid, self.cmd_queue)
+            self.query_cmd = self.transfer_cmd.query
+            return
         self.transfer_cmd = mcu.lookup_command(I2C_TRANSFER, cq=self.cmd_queue)
         self.query_cmd = mcu.lookup_query_command(
             I2C_TRANSFER, I2C_RESPONSE, oid=self.oid, cq=self.cmd_queue)
         mcu.register_serial_response(self._note_result, I2C_RESPONSE, self.oid)
+
+    def _add_sw_bus(self):
+        mcu, pins_used = self.mcu, self.sw_pins
+        if older_bus.add_i2c_sw(mcu, self.oid, pins_used, self.speed, self.i2c_address):
+            return
+        pulse_ticks = mcu.seconds_to_clock(0.5 / self.speed)
+        mcu.add_config_cmd(
+            "i2c_set_sw_bus oid=%d scl_pin=%s sda_pin=%s pulse_ticks=%d address=%d"
+            % (self.oid, *pins_used, pulse_ticks, self.i2c_address))
 
     def _note_result(self, params):
         """An answer nobody waits for; tells the log when errors begin."""
