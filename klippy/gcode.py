@@ -173,6 +173,7 @@ class GCodeDispatch:
         self.ready_gcode_handlers = {}
         self.mux_commands, self.gcode_help = {}, {}
         self.section_handlers = {}      # section that was loaded -> its handlers
+        self.yielding = set()           # commands that give way to others
         self.status_commands, self.told_commands = None, set()
         self.runner = LineRunner(self)
         self.core_commands = gcode_builtin.CoreCommands(printer, self)
@@ -186,21 +187,31 @@ class GCodeDispatch:
         """True for a letter with a number, like G1."""
         return is_classic(cmd)
 
-    def register_command(self, cmd, func, when_not_ready=False, desc=None):
+    def register_command(self, cmd, func, when_not_ready=False, desc=None,
+                         yields=False):
         """Make func(gcmd) the handler of cmd; None takes the handler away.
 
+        yields: give way to whoever else registers cmd, now or later: a macro of that
+        name needs no rename_existing.  For commands that other hosts lack.
         Returns the handler taken away.  Raises ConfigError if cmd has one.
         """
         if func is not None:
             self._note_section(func)
-        return self._register(cmd, func, when_not_ready, desc)
+        return self._register(cmd, func, when_not_ready, desc, yields)
 
-    def _register(self, cmd, func, when_not_ready, desc):
+    def _register(self, cmd, func, when_not_ready, desc, yields):
         if func is None:
             old = self.ready_gcode_handlers.pop(cmd, None)
             self.base_gcode_handlers.pop(cmd, None)
+            self.yielding.discard(cmd)
             self.status_commands = None
             return old
+        if cmd in self.ready_gcode_handlers and yields:
+            return None
+        if cmd in self.yielding:
+            self._register(cmd, None, False, None, False)
+            self.gcode_help.pop(cmd, None)
+            self.mux_commands.pop(cmd, None)
         if cmd in self.ready_gcode_handlers:
             raise self.printer.config_error(
                 "G-code command %s is already registered" % (cmd,))
@@ -209,6 +220,8 @@ class GCodeDispatch:
                 "'%s' is no name for a G-code command: use capital letters, digits"
                 " and _, no digit first" % (cmd,))
         self.ready_gcode_handlers[cmd] = func
+        if yields:
+            self.yielding.add(cmd)
         if when_not_ready:
             self.base_gcode_handlers[cmd] = func
         if desc is not None:
@@ -216,16 +229,17 @@ class GCodeDispatch:
         self.status_commands = None
         return None
 
-    def register_mux_command(self, cmd, key, value, func, desc=None):
+    def register_mux_command(self, cmd, key, value, func, desc=None, yields=False):
         """Make func the handler of cmd where parameter key is value.
 
-        value None: func also takes the calls without the parameter.
+        value None: func also takes the calls without the parameter.  yields: as of
+        register_command().
         """
         known = self.mux_commands.get(cmd)
         if known is None:
             def run_selected(gcmd):
                 self._run_mux_command(cmd, gcmd)
-            self._register(cmd, run_selected, False, desc)
+            self._register(cmd, run_selected, False, desc, yields)
             known = self.mux_commands[cmd] = (key, {})
         known_key, handlers = known
         if known_key != key:

@@ -22,6 +22,8 @@ class CoreCommands:
                      "ECHO", "STATUS", "HELP"):
             gcode.register_command(name, getattr(self, "cmd_" + name), True,
                                    getattr(self, "cmd_%s_help" % name, None))
+        gcode.register_command("LOG_ROLLOVER", self.cmd_LOG_ROLLOVER, True,
+                               self.cmd_LOG_ROLLOVER_help, yields=True)
         gcode.interrupts.register("M112", lambda: self.cmd_M112(None))
 
     def cmd_M110(self, gcmd):
@@ -59,6 +61,14 @@ class CoreCommands:
                 toolhead.dwell(0.500)
                 toolhead.wait_moves()
         self.printer.request_exit(result)
+
+    cmd_LOG_ROLLOVER_help = "Begin a new log file"
+
+    def cmd_LOG_ROLLOVER(self, gcmd):
+        bglogger = getattr(self.printer, "bglogger", None)
+        if bglogger is None:
+            raise gcmd.error("LOG_ROLLOVER: there is no log file")
+        bglogger.roll_over()
 
     def cmd_ECHO(self, gcmd):
         """Answer with the line itself."""

@@ -14,6 +14,7 @@ import time
 MAX_BYTES = 100 * 1024 * 1024
 N_BACKUPS = 5
 MAX_QUEUED = 100000             # lines kept while the disk is slow
+_ROLLOVER = object()            # in the queue: begin a new file
 
 
 class QueueHandler(logging.Handler):
@@ -93,6 +94,14 @@ class RotatingFile:
         for text in self.header():
             self._write(text)
 
+    def roll_over(self):
+        """Begin a new file, unless there is nothing in this one."""
+        try:
+            if self.file is not None and self.file.tell():
+                self._rotate()
+        except OSError:
+            self.n_lost += 1
+
     def _prune(self):
         import glob
         backups = sorted(glob.glob(glob.escape(self.path) + ".*"),
@@ -126,6 +135,9 @@ class QueueListener:
             item = self.lines.get()
             if item is None:
                 return
+            if item is _ROLLOVER:
+                self.output.roll_over()
+                continue
             self.output.write(*item)
             if self.handler.n_dropped:
                 n_dropped, self.handler.n_dropped = self.handler.n_dropped, 0
@@ -138,6 +150,10 @@ class QueueListener:
             self.rollover_info.pop(name, None)
         else:
             self.rollover_info[name] = info
+
+    def roll_over(self):
+        """Begin a new file behind what is queued."""
+        self.lines.put(_ROLLOVER)
 
     def clear_rollover_info(self):
         """Forget all infos."""

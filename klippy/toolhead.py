@@ -40,7 +40,8 @@ FILE_PLAN_TIME = 2.
 UNLIMITED = math.inf
 # Features that every printer has; those not there yet are left out
 DEFAULT_MODULES = ("gcode_move", "homing", "idle_timeout", "statistics",
-                   "manual_probe", "tuning_tower", "garbage_collection")
+                   "manual_probe", "tuning_tower", "garbage_collection",
+                   "velocity_reset")
 
 
 class NoExtruder:
@@ -563,14 +564,24 @@ class ToolHead:
                   gcmd.get_float("ACCEL", None, above=0.),
                   gcmd.get_float("SQUARE_CORNER_VELOCITY", None, minval=0.),
                   gcmd.get_float("MINIMUM_CRUISE_RATIO", None, minval=0., below=1.))
-        velocity, accel, corner, ratio = self.set_max_velocities(*values)
+        has_axes = (hasattr(self.kin, "change_axis_limits")
+                    and self.kin.change_axis_limits(gcmd))
+        self.set_max_velocities(*values)
+        is_change = has_axes or values != (None,) * 4
+        text = self.note_limits(is_change)
+        if not is_change:
+            gcmd.respond_info(text, log=False)
+
+    def note_limits(self, is_change=True):
+        """Have the log tell the limits, if they are new; returns their text."""
         text = ("max_velocity: %.6f\nmax_accel: %.6f\nminimum_cruise_ratio: %.6f\n"
-                "square_corner_velocity: %.6f" % (velocity, accel, ratio, corner))
+                "square_corner_velocity: %.6f" % (
+                    self.limits.max_velocity, self.limits.max_accel,
+                    self.limits.min_cruise_ratio, self.limits.corner_velocity))
         is_logged = dangers.get(self.printer).log_velocity_limit_changes
         self.printer.set_rollover_info("toolhead", "toolhead: " + text,
-                                       log=is_logged and values != (None,) * 4)
-        if values == (None,) * 4:
-            gcmd.respond_info(text, log=False)
+                                       log=is_logged and is_change)
+        return text
 
     def cmd_M204(self, gcmd):
         """Set the accel: S, or the lower one of P and T."""

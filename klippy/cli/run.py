@@ -221,6 +221,8 @@ class Daemon:
         if self.bglogger is not None:
             self.bglogger.clear_rollover_info()
             self.bglogger.set_rollover_info("versions", self._get_versions())
+            if self.options.rotate_log_at_restart:
+                self.bglogger.roll_over()
         printer = Printer(reactor, self.bglogger, self.start_args)
         printer.register_event_handler("klippy:ready", freeze_objects)
         handlers = self._catch_signals(printer)

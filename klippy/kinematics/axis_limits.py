@@ -69,6 +69,16 @@ class AxisLimits:
             accel *= min(1., wanted / math.hypot(ax, ay))
         return accel
 
+    def change(self, gcmd):
+        """Take X_VELOCITY, Y_VELOCITY, X_ACCEL, Y_ACCEL; True if any is there."""
+        given = [gcmd.get_float(name, None, above=0.)
+                 for name in ("X_VELOCITY", "Y_VELOCITY", "X_ACCEL", "Y_ACCEL")]
+        old = self.velocities + self.accels
+        new = [before if value is None else value
+               for value, before in zip(given, old, strict=True)]
+        self.velocities, self.accels = new[:2], new[2:]
+        return any(value is not None for value in given)
+
     cmd_SET_KINEMATICS_LIMIT_help = "Set limits of speed and acceleration by axis"
 
     def cmd_SET_KINEMATICS_LIMIT(self, gcmd):
@@ -120,6 +130,11 @@ class LimitedAxes:
         result = super().check_arc(move)
         self.axis_limits.check_arc(move)
         return result
+
+    def change_axis_limits(self, gcmd):
+        """As the machine's, and what SET_VELOCITY_LIMIT says about x and y."""
+        has_z = super().change_axis_limits(gcmd)
+        return self.axis_limits.change(gcmd) or has_z
 
     def get_status(self, eventtime):
         """As the machine's, with the limits of the axes."""

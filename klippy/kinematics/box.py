@@ -30,6 +30,16 @@ class BoxMachine:
         """All MCU_steppers."""
         return [motor for rail in self.rails for motor in rail.get_steppers()]
 
+    def change_axis_limits(self, gcmd):
+        """Take what SET_VELOCITY_LIMIT says about z; True if it does."""
+        velocity = gcmd.get_float("Z_VELOCITY", None, above=0.)
+        accel = gcmd.get_float("Z_ACCEL", None, above=0.)
+        if velocity is not None:
+            self.limits.max_z_velocity = velocity
+        if accel is not None:
+            self.limits.max_z_accel = accel
+        return velocity is not None or accel is not None
+
     # Homing state
 
     def set_position(self, newpos, homing_axes=""):

@@ -233,3 +233,25 @@ def test_any_text_ends_in_a_command_error_at_worst(text):
     finally:
         logging.disable(logging.NOTSET)
         printer.close()
+
+
+def test_commands_that_give_way(printer):
+    gcode, calls = printer.gcode, []
+
+    def make(name):
+        return lambda gcmd: calls.append(name)
+    gcode.register_command("EXTRA_A", make("own"), desc="own", yields=True)
+    gcode.register_command("EXTRA_A", make("macro"), desc="macro")
+    gcode.register_command("EXTRA_B", make("macro"))
+    gcode.register_command("EXTRA_B", make("own"), yields=True)
+    gcode.register_mux_command("EXTRA_C", "KEY", "1", make("own"), yields=True)
+    gcode.register_command("EXTRA_C", make("macro"))
+    gcode.register_mux_command("EXTRA_C", "KEY", "2", make("own"), yields=True)
+    gcode.register_command("EXTRA_D", make("own"), yields=True)
+    for script in ("EXTRA_A", "EXTRA_B", "EXTRA_C KEY=1", "EXTRA_D"):
+        gcode.run_script(script)
+    assert calls == ["macro", "macro", "macro", "own"]
+    assert gcode.get_command_help()["EXTRA_A"] == "macro"
+    for name in ("EXTRA_A", "EXTRA_B", "EXTRA_C"):
+        with pytest.raises(printer.config_error, match="already registered"):
+            gcode.register_command(name, make("other"))

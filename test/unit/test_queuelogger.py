@@ -128,3 +128,17 @@ def test_rollover_info(log_path):
 def test_unwritable_path_is_an_error(tmp_path):
     with pytest.raises(OSError):
         queuelogger.setup_bg_logging(tmp_path / "no" / "such" / "folder.log")
+
+
+def test_new_file_on_demand(log_path):
+    listener = QueueListener(log_path)
+    listener.set_rollover_info("versions", "INFO")
+    listener.roll_over()            # nothing to keep
+    for number in range(2):
+        listener.lines.put((NOON, "line %d" % (number,)))
+        listener.roll_over()
+    listener.stop()
+    assert log_path.read_text() == "INFO\n"
+    olds = sorted(path.read_text() for path in log_path.parent.iterdir()
+                  if path != log_path)
+    assert olds == ["INFO\nline 1\n", "line 0\n"]

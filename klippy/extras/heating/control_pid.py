@@ -21,6 +21,10 @@ class ControlPID:
 
     def __init__(self, heater, config):
         self._setup(heater, [config.getfloat(name) for name in OPTIONS])
+        # Written by calibrations of others; nothing depends on them
+        config.getint("pid_version", 1)
+        config.getfloat("pid_target", None)
+        config.getfloat("pid_tolerance", None)
 
     @classmethod
     def from_gains(cls, heater, gains, smooth_time=None):

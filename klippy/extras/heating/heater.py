@@ -9,7 +9,7 @@ import threading
 
 from klippy.extras import control_mpc, control_pid, control_watermark
 from klippy.mcu import absence
-from klippy.record import record
+from klippy.record import record, replace
 
 ABSOLUTE_ZERO = -273.15
 # The mcu turns a heater off by itself this long after the last update.
@@ -32,7 +32,7 @@ CONTROLS = {"watermark": control_watermark.ControlBangBang,
 
 @record(frozen=True)
 class HeaterLimits:
-    """Options of a heater that never change (degC, fraction, s)."""
+    """Options of a heater (degC, fraction, s)."""
 
     min_temp: float
     max_temp: float
@@ -73,8 +73,9 @@ class Heater:
         sensor.setup_callback(self.temperature_callback)
         start_args = self.printer.get_start_args()
         is_batch = start_args.get("debugoutput") is not None
-        self.can_extrude = self.limits.min_extrude_temp <= 0.0 or is_batch
         self.last_temp = self.smoothed_temp = self.target_temp = 0.0
+        self.is_batch, self.is_cold_allowed = is_batch, False
+        self.can_extrude = self._may_extrude()
         self.last_temp_time = 0.0
         self.next_pwm_time = self.last_pwm_value = 0.0
         self.main_thread_until = -999.0
@@ -114,7 +115,7 @@ class Heater:
         with self.lock:
             had_target, self.target_temp = self.target_temp, 0.0
             self.smoothed_temp = self.last_temp = self.last_temp_time = 0.0
-            self.can_extrude = self.limits.min_extrude_temp <= 0.0
+            self.can_extrude = self._may_extrude()
             # those who judge readings begin anew
             self.n_expired += 1
             if self.last_pwm_value:
@@ -138,6 +139,7 @@ class Heater:
         self.printer.load_object(config, "pid_calibrate")
         self.profiles = self.printer.load_object(config, "pid_profiles")
         self.profiles.add_heater(self)
+        self.printer.load_object(config, "heater_tuning").add_heater(self)
 
     # Readings and output
 
@@ -159,9 +161,12 @@ class Heater:
             self.control.temperature_update(read_time, temp, self.target_temp)
             weight = min(elapsed / self.limits.smooth_time, 1.0)
             self.smoothed_temp += (temp - self.smoothed_temp) * weight
-            if self.limits.min_extrude_temp > 0.0:
-                self.can_extrude = (
-                    self.smoothed_temp >= self.limits.min_extrude_temp)
+            self.can_extrude = self._may_extrude()
+
+    def _may_extrude(self):
+        least = self.limits.min_extrude_temp
+        return (self.is_batch or self.is_cold_allowed or least <= 0.0
+                or self.smoothed_temp >= least)
 
     def set_pwm(self, read_time, value):
         """Ask for a power (0..1) as answer to the reading of read_time."""
@@ -247,6 +252,20 @@ class Heater:
         if target_temp:
             target_temp = min(max(target_temp, self.min_temp), self.max_temp)
         self.target_temp = target_temp
+
+    def set_extrusion_limit(self, min_temp=None, is_cold_allowed=None):
+        """Set what is not None: least degC for extrusion, or that none is needed."""
+        with self.lock:
+            if min_temp is not None:
+                self.limits = replace(self.limits, min_extrude_temp=min_temp)
+            if is_cold_allowed is not None:
+                self.is_cold_allowed = bool(is_cold_allowed)
+            self.can_extrude = self._may_extrude()
+
+    def set_smooth_time(self, smooth_time):
+        """Average readings over so many s from now on."""
+        with self.lock:
+            self.limits = replace(self.limits, smooth_time=smooth_time)
 
     def get_temp(self, eventtime):
         """(smoothed temperature, target) in degC; 0 when readings stop.

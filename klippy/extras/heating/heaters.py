@@ -209,6 +209,7 @@ class PrinterHeaters:
 
     def cmd_TEMPERATURE_WAIT(self, gcmd):
         name = gcmd.get("SENSOR")
+        gcmd.get("ALLOW_CANCEL", None)      # any wait can be ended here
         low = gcmd.get_float("MINIMUM", float("-inf"))
         high = gcmd.get_float("MAXIMUM", float("inf"), above=low)
         if low == float("-inf") and high == float("inf"):

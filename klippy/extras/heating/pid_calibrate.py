@@ -33,6 +33,7 @@ class PIDCalibrate:
         name = gcmd.get("HEATER")
         target = gcmd.get_float("TARGET")
         write_file = gcmd.get_int("WRITE_FILE", 0)
+        tolerance = gcmd.get_float("TOLERANCE", PWM_TOLERANCE, above=0.0)
         profile = gcmd.get("PROFILE", pid_profiles.DEFAULT)
         heaters = self.printer.lookup_object("heaters")
         try:
@@ -40,16 +41,17 @@ class PIDCalibrate:
         except self.printer.config_error as e:
             raise gcmd.error(str(e)) from e
         self.printer.lookup_object("toolhead").get_last_move_time()
-        relay = self._run_relay(heaters, heater, target)
+        relay = self._run_relay(heaters, heater, target, tolerance)
         if write_file:
             relay.write_file("/tmp/heattest.txt")
         if relay.check_busy(0.0, 0.0, 0.0):
             raise gcmd.error("pid_calibrate interrupted")
         self._report(gcmd, heater, profile,
-                     Profile("pid", relay.calc_final_pid(), target=target))
+                     Profile("pid", relay.calc_final_pid(), target=target,
+                             tolerance=tolerance))
 
-    def _run_relay(self, heaters, heater, target):
-        relay = RelayControl(heater, target)
+    def _run_relay(self, heaters, heater, target, tolerance):
+        relay = RelayControl(heater, target, tolerance)
         before = heater.set_control(relay)
         try:
             heaters.set_temperature(heater, target, True)
@@ -76,8 +78,9 @@ class RelayControl:
     relay formula right.
     """
 
-    def __init__(self, heater, target):
-        self.heater = heater
+    def __init__(self, heater, target, tolerance=PWM_TOLERANCE):
+        """tolerance: by how much (share of full power) the last cycles may differ."""
+        self.heater, self.tolerance = heater, tolerance
         self.target = target
         self.max_power = self.high_power = heater.get_max_power()
         self.is_heating = False
@@ -140,7 +143,7 @@ class RelayControl:
         if self.is_heating or len(self.peaks) < MIN_CYCLES:
             return True
         last = self.powers[-STABLE_CYCLES:]
-        return max(last) - min(last) > PWM_TOLERANCE * self.max_power \
+        return max(last) - min(last) > self.tolerance * self.max_power \
             and len(self.peaks) < 3 * MIN_CYCLES
 
     def calc_final_pid(self):

@@ -97,6 +97,9 @@ class PrinterStepperEnable:
         self.printer.lookup_object("gcode").register_mux_command(
             "SET_STEPPER_ENABLE", "STEPPER", name, self.cmd_SET_STEPPER_ENABLE,
             desc=self.cmd_SET_STEPPER_ENABLE_help)
+        if len(self.enables) == 1:
+            self.printer.lookup_object("gcode").register_mux_command(
+                "SET_STEPPER_ENABLE", "STEPPER", None, self.cmd_SET_STEPPER_ENABLE)
 
     def _find_line(self, pin_desc):
         if pin_desc is None:
@@ -168,8 +171,12 @@ class PrinterStepperEnable:
     cmd_SET_STEPPER_ENABLE_help = "Enable or disable one stepper"
 
     def cmd_SET_STEPPER_ENABLE(self, gcmd):
-        """Switch motor STEPPER on (ENABLE=1) or off (0)."""
-        self.set_motors_enable([gcmd.get("STEPPER")], bool(gcmd.get_int("ENABLE", 1)))
+        """Switch motor STEPPER, or all without it, on (ENABLE=1) or off (0)."""
+        name, is_on = gcmd.get("STEPPER", None), bool(gcmd.get_int("ENABLE", 1))
+        if name is None and not is_on:
+            self.motor_off()
+            return
+        self.set_motors_enable(self.get_steppers() if name is None else [name], is_on)
 
 
 def load_config(config):

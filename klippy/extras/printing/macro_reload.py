@@ -84,7 +84,8 @@ class MacroReloader:
             return
         alias = name.split()[-1].upper()
         exists = alias in taken
-        if exists and text.rename_existing is None:
+        if (exists and text.rename_existing is None
+                and alias not in self.gcode.yielding):
             raise ConfigError(
                 "section [%s]: there is a command %s already: give the macro another"
                 " name, or set rename_existing" % (name, alias))

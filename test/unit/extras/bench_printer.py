@@ -272,10 +272,12 @@ class Printer:
         return pin
 
     # gcode
-    def register_command(self, name, func, when_not_ready=False, desc=None):
+    def register_command(self, name, func, when_not_ready=False, desc=None,
+                         yields=False):
         self.commands[name] = func
 
-    def register_mux_command(self, name, key, value, func, desc=None):
+    def register_mux_command(self, name, key, value, func, desc=None,
+                             yields=False):
         self.muxes[name, value] = func
 
     def run(self, name, mux=None, **params):

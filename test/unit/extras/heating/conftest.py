@@ -3,5 +3,6 @@ import pathlib
 import sys
 
 EXTRAS = pathlib.Path(__file__).resolve().parents[1]
-for folder in (EXTRAS, EXTRAS / "home", EXTRAS.parent / "simulator"):
+for folder in (EXTRAS, EXTRAS / "home", EXTRAS / "motion",
+               EXTRAS.parent / "simulator"):
     sys.path.insert(0, str(folder))
