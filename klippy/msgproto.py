@@ -37,6 +37,11 @@ class MissingError(error):
         self.kind, self.name, self.is_other = kind, name, is_other
         self.reason = None
 
+    def __str__(self):
+        if self.reason is None:
+            return super().__str__()
+        return self.reason[:1].upper() + self.reason[1:]
+
     def describe(self):
         """Text: what is missing."""
         return "the %s '%s'" % (self.kind, self.name)

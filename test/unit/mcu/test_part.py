@@ -297,6 +297,43 @@ def test_less_than_the_section(make_bench):
     make_bench("").run(body, make)
 
 
+def test_what_is_looked_up_later(make_bench, monkeypatch):
+    """An error outside of the configuration says as much."""
+    reduced_firmware.patch(monkeypatch, lambda table: reduced_firmware.remove(
+        table, {"WANT_HARD_PWM"}))
+
+    def body(it):
+        assert it.state == "ready"
+        for look in (lambda: it.mcu.lookup_command("queue_pwm_out oid=%c clock=%u"),
+                     lambda: it.mcu.get_constant_float("PWM_MAX"),
+                     lambda: it.mcu.lookup_query_command("set_pwm_out", "uptime")):
+            with pytest.raises(msgproto.error, match="^The firmware of mcu 'mcu' lacks"
+                               r" the .* with 'Hardware pwm' \(WANT_HARD_PWM\)"):
+                look()
+    make_bench("").run(body)
+
+
+def test_board_that_comes_later_and_lacks_what_is_needed(make_bench, monkeypatch):
+    """It is there, and not used; the printer goes on without it, as before."""
+    machine = Machine({"mcu": 0., "aux": 0.})
+    machine.mcus["aux"].link.cut()
+    reduced_firmware.patch(monkeypatch, remove_neopixel, range(1, 20))
+    it = make_bench("[needed a]\non: aux\ntexts: %s\n\n[mcu aux]\nserial: /dev/none\n"
+                    "is_non_critical: True\n" % (NEOPIXEL,), machine)
+
+    def body(it):
+        assert it.state == "ready"
+        said = []
+        it.printer.lookup_object("gcode").register_output_handler(said.append)
+        machine.mcus["aux"].link.restore()
+        it.pause(3.)
+        assert it.state == "ready" and not get_warnings(it)
+        assert it.printer.lookup_object("mcu aux").non_critical_disconnected
+        [text] = [text for text in said if "WANT_NEOPIXEL" in text]
+        assert "Mcu 'aux' cannot be used: The printer cannot run without" in text
+    it.run(body)
+
+
 def test_board_that_comes_later(make_bench, monkeypatch):
     """Absent at the start, it is told of when it is there, and only once."""
     machine = Machine({"mcu": 0., "aux": 0.})
