@@ -4,6 +4,7 @@
 What the printer can do without is out of use, with a reason; it prints.  What heats,
 cools, or moves is needed, and keeps it from starting.
 """
+import pathlib
 import re
 
 import pytest
@@ -13,6 +14,7 @@ from printer_run import PrinterRun
 
 from klippy.errors import PrinterError
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 AUX = "[mcu aux]\nserial: /dev/null\n"
 # option -> (sections, commands that fail, objects and what their status has)
 BEARABLE = {
@@ -84,6 +86,19 @@ NEEDED = {
 JOB = "G28\nG1 X30 Y30 Z5 F6000\nG1 X60 E3 F1200\nM106 S100\nM400\nG4 P4000\nM107"
 
 
+# Without timed switching of pins, which all firmware of this project has
+SOFT_PWM = (
+    "[servo arm]\npin: aux:PA0\n[pwm_cycle_time tone]\npin: aux:PA1\n"
+    "[output_pin lamp]\npin: aux:PA2\npwm: True\n[fan_generic blower]\npin: aux:PA3\n",
+    ["SET_SERVO SERVO=arm WIDTH=0.0015", "SET_PIN PIN=tone VALUE=0.5",
+     "SET_PIN PIN=lamp VALUE=1", "SET_FAN_SPEED FAN=blower SPEED=1"],
+    {"servo arm": {"value": 0.}, "pwm_cycle_time tone": {"value": 0.},
+     "output_pin lamp": {"value": 0.}, "fan_generic blower": {"speed": 0.}})
+VOLTS = ("[tsl1401cl_filament_width_sensor]\npin: aux:PE3\nmax_difference: 0.2\n"
+         "default_nominal_filament_diameter: 1.75\nmeasurement_delay: 50\n",
+         ["QUERY_FILAMENT_WIDTH", "ENABLE_FILAMENT_WIDTH_SENSOR"], {})
+
+
 def make_config(sections):
     return make_axes("cartesian", extra=BED + AUX + sections)
 
@@ -135,6 +150,40 @@ def test_prints_without(tmp_path, monkeypatch, option):
     assert not run.count_late_events()
 
 
+def remove_command(monkeypatch, command, mcu):
+    """Have an mcu lack one command, whatever it is built with."""
+    def change(table):
+        for text in list(table["commands"]):
+            if text.split()[0] == command:
+                del table["commands"][text]
+        return table
+    reduced_firmware.patch(monkeypatch, change, (mcu,))
+
+
+@pytest.mark.parametrize("row, command", [
+    (SOFT_PWM, "set_digital_out_pwm_cycle"), (VOLTS, "query_analog_in")])
+def test_prints_without_a_command(tmp_path, monkeypatch, row, command):
+    sections, commands, statuses = row
+    remove_command(monkeypatch, command, 1)
+
+    def look(printer):
+        for line in commands:
+            check_fails(printer, line, command)
+        for name, wanted in statuses.items():
+            status = get_status(printer, name)
+            assert {key: status[key] for key in wanted} == wanted
+    config = make_config(sections + "[output_pin plain]\npin: aux:PB7\n")
+    PrinterRun(config, tmp_path).run([look, JOB, "SET_PIN PIN=plain VALUE=1"])
+
+
+def test_every_bearable_kind_is_tried():
+    kinds = {path.stem for path in (ROOT / "klippy" / "extras").glob("*/*.py")
+             if "\nMAY_LACK_FIRMWARE = True\n" in path.read_text()}
+    tried = {kind for sections, _, _ in (*BEARABLE.values(), SOFT_PWM, VOLTS)
+             for kind in re.findall(r"^\[(\w+)", sections, re.MULTILINE)}
+    assert kinds == (tried - {"heater_fan"}) | {"fan"}
+
+
 @pytest.mark.parametrize("what", NEEDED)
 def test_does_not_start_without(tmp_path, monkeypatch, what):
     option, sections, name = NEEDED[what]
@@ -154,12 +203,7 @@ def test_does_not_start_without(tmp_path, monkeypatch, what):
     ("endstop_home", "stepper_x"), ("config_analog_in", "extruder")])
 def test_motion_and_heat_are_needed(tmp_path, monkeypatch, command, section):
     """Whatever the reason: these are in every firmware."""
-    def remove_command(table):
-        for text in list(table["commands"]):
-            if text.split()[0] == command:
-                del table["commands"][text]
-        return table
-    reduced_firmware.patch(monkeypatch, remove_command)
+    remove_command(monkeypatch, command, 0)
     with pytest.raises(PrinterError, match=r"(?s)cannot run without .*%s.* at"
                        r" .*printer\.cfg" % (section,)) as info:
         PrinterRun(make_config(""), tmp_path).run([])
