@@ -52,6 +52,7 @@ class ApiServer:
         try:
             make_free(path)
             sock.bind(path)
+            set_access(path, self.printer.get_start_args())
         except OSError as err:
             sock.close()
             raise self.printer.config_error(describe_error(path, err))
@@ -115,6 +116,19 @@ def describe_error(path, err):
     elif err.errno == errno.EEXIST:
         reason = "there is a file of that name: remove it, or take another"
     return "Unable to open the API socket '%s': %s" % (path, reason)
+
+
+def set_access(path, start_args):
+    """Give a socket the mode (int), user and group that were asked for.
+
+    Raises OSError.
+    """
+    mode = start_args.get("apiserver_file_mode")
+    owner = [start_args.get("apiserver_" + kind, -1) for kind in ("user", "group")]
+    if owner != [-1, -1]:
+        os.chown(path, *owner)
+    if mode is not None:
+        os.chmod(path, mode)
 
 
 def make_free(path):

@@ -11,14 +11,20 @@ from klippy import pins
 
 HOMING_SPEED = 5.
 RETRACT_DIST = 5.
+# In the names of pins by which a motor driver tells that the motor is blocked
+VIRTUAL = "virtual_endstop"
 # An endstop within this share of the range from an end is at that end
 END_SHARE = 0.25
 
 
 class HomingInfo(namedtuple("HomingInfo", (
         "speed", "position_endstop", "retract_speed", "retract_dist",
-        "positive_dir", "second_homing_speed"))):
-    """How a rail homes; speeds in mm/s, positions in mm."""
+        "positive_dir", "second_homing_speed", "use_sensorless_homing",
+        "min_home_dist", "accel"), defaults=(False, 0., None))):
+    """How a rail homes; speeds in mm/s, positions in mm.
+
+    accel: mm/s^2 while homing, None for that of the printer.
+    """
     __slots__ = ()
 
 
@@ -82,6 +88,11 @@ class Rail:
             "homing_retract_speed", self.homing_speed, above=0.)
         self.homing_retract_dist = config.getfloat(
             "homing_retract_dist", RETRACT_DIST, minval=0.)
+        self.use_sensorless_homing = config.getboolean(
+            "use_sensorless_homing", VIRTUAL in self.endstop_pin)
+        self.min_home_dist = config.getfloat(
+            "min_home_dist", self.homing_retract_dist, minval=0.)
+        self.homing_accel = config.getfloat("homing_accel", None, above=0.)
         choice = config.getboolean("homing_positive_dir", None)
         if choice is None:
             choice = config.getboolean("homing_positive_dir",
@@ -130,7 +141,8 @@ class Rail:
         return HomingInfo(
             self.homing_speed, self.position_endstop, self.homing_retract_speed,
             self.homing_retract_dist, self.homing_positive_dir,
-            self.second_homing_speed)
+            self.second_homing_speed, self.use_sensorless_homing,
+            self.min_home_dist, self.homing_accel)
 
     def get_steppers(self):
         """The MCU_steppers, the one of the rail's own section first."""

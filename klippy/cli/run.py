@@ -41,6 +41,12 @@ def add_arguments(parser):
                         help="write the log to a file")
     parser.add_argument("-a", "--api-server", metavar="API_SOCKET",
                         help="serve the API at a Unix socket")
+    parser.add_argument("--api-server-file-mode", metavar="OCTAL", type=parse_mode,
+                        help="access rights of the API socket, as 660")
+    parser.add_argument("--api-server-user", metavar="USER", type=parse_user,
+                        help="owner of the API socket, by name or number")
+    parser.add_argument("--api-server-group", metavar="GROUP", type=parse_group,
+                        help="group of the API socket, by name or number")
     parser.add_argument("-I", "--input-tty", metavar="TTY", default=DEFAULT_TTY,
                         help="where to make the G-code tty (%(default)s)")
     parser.add_argument("-v", dest="verbose", action="store_true",
@@ -48,7 +54,7 @@ def add_arguments(parser):
     parser.add_argument("-n", "--no-tty", action="store_true",
                         help="make no G-code tty")
     parser.add_argument("--rotate-log-at-restart", action="store_true",
-                        help="start the log anew at each restart")
+                        help="begin a new log file at each start")
     parser.add_argument("--plugins", metavar="FOLDER", action="append", default=[],
                         help="folder whose files win over the built-in extras")
     parser.add_argument("--simulate", action="store_true",
@@ -58,6 +64,32 @@ def add_arguments(parser):
                              " fast as it goes (%(default)g)")
     parser.add_argument("--import-test", action="store_true",
                         help="import all modules and exit")
+
+
+def parse_mode(text):
+    """Access rights (int) from octal digits.  Raises ValueError."""
+    mode = int(text, 8)
+    if not 0 <= mode <= 0o777:
+        raise ValueError(text)
+    return mode
+
+
+def parse_user(text):
+    """Number of a user from that or a name.  Raises ValueError."""
+    import pwd
+    try:
+        return int(text) if text.isdecimal() else pwd.getpwnam(text).pw_uid
+    except KeyError:
+        raise ValueError(text) from None
+
+
+def parse_group(text):
+    """Number of a group from that or a name.  Raises ValueError."""
+    import grp
+    try:
+        return int(text) if text.isdecimal() else grp.getgrnam(text).gr_gid
+    except KeyError:
+        raise ValueError(text) from None
 
 
 def run(options):
@@ -155,6 +187,10 @@ class Daemon:
         options, args = self.options, self.start_args
         args["config_file"] = options.config
         args["apiserver"] = options.api_server
+        for kind in ("file_mode", "user", "group"):
+            value = getattr(options, "api_server_" + kind, None)
+            if value is not None:
+                args["apiserver_" + kind] = value
         args["start_reason"] = "startup"
         args["log_file"] = options.logfile
         args["software_version"] = sysinfo.get_version()

@@ -63,6 +63,8 @@ class MCU(FirmwareLookup):
             method = "command"
         self.is_non_critical = config.getboolean("is_non_critical", False)
         self.non_critical_disconnected = False
+        self._max_stepper_error = config.getfloat(
+            "max_stepper_error", MAX_STEPPER_ERROR, minval=0.)
         self._clocksync = clock_sync
         self._dangers = dangers.get(printer)
         self._serial = serialhdl.SerialReader(self._reactor, self._name)
@@ -447,7 +449,7 @@ class MCU(FirmwareLookup):
 
     def get_max_stepper_error(self):
         """Greatest error of step times in s."""
-        return MAX_STEPPER_ERROR
+        return self._max_stepper_error
 
     def get_step_latency(self):
         """How late in s a step may come at the pin: what the firmware tells."""

@@ -28,6 +28,8 @@ LINEAR_MIXES = {
     "corexz": {"x": {"x": 0.5, "z": 0.5}, "z": {"x": 0.5, "z": -0.5}},
     "hybrid_corexy": {"x": {"x": 1.0, "y": 1.0}},
     "hybrid_corexz": {"x": {"x": 1.0, "z": 1.0}},
+    "hybrid_corexy inverted": {"x": {"x": 1.0, "y": -1.0}},
+    "hybrid_corexz inverted": {"x": {"x": 1.0, "z": -1.0}},
 }
 
 
@@ -36,6 +38,9 @@ def build_axes(config, start_position=None):
     kinematics = config.get("printer").get("kinematics") or "none"
     # Limits of x and y alone do not change what motors do
     kinematics = kinematics.removeprefix("limited_")
+    if (kinematics.startswith("hybrid_")
+            and config.get("printer").getboolean("invert_kinematics", False)):
+        kinematics += " inverted"
     steppers = [read_stepper(s) for s in list_stepper_sections(config)]
     axes = Axes(kinematics, steppers)
     if kinematics in LINEAR_MIXES:

@@ -385,7 +385,7 @@ def test_homing_options(make_bench):
         x, y, z = rails_of(it)
         assert x.get_homing_info() == stepper.HomingInfo(
             speed=50., position_endstop=0., retract_speed=50., retract_dist=5.,
-            positive_dir=False, second_homing_speed=25.)
+            positive_dir=False, second_homing_speed=25., min_home_dist=5.)
         assert y.get_homing_info().positive_dir
         assert z.get_homing_info()[1:4] == (0.5, 33., 0.)
         assert z.get_homing_info().second_homing_speed == 3.

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Homing: finding where the head is by moving axes to their endstops."""
 
+import contextlib
 import math
 
+from klippy import dangers
 from klippy.errors import CommandError
 from klippy.extras.homing_move import (
     ENDSTOP_SAMPLE_COUNT,
@@ -14,6 +16,17 @@ from klippy.extras.homing_move import (
 
 __all__ = ["ENDSTOP_SAMPLE_COUNT", "ENDSTOP_SAMPLE_TIME", "HOMING_START_DELAY",
            "Homing", "HomingMove", "PrinterHoming", "StepperPosition"]
+
+
+def calc_way_back(start, end, distance):
+    """(distance before the end of a way, twice as far), but not before its start.
+
+    A way that begins at the second but is taken from the first leads past the end.
+    """
+    way = [b - a for a, b in zip(start[:3], end[:3], strict=True)]
+    share = min(1., distance / math.hypot(*way))
+    return [[a - d * share * times for a, d in zip(end[:3], way, strict=True)]
+            + end[3:] for times in (1., 2.)]
 
 
 class Homing:
@@ -70,26 +83,69 @@ class Homing:
             start, homing_axes="".join("xyz"[axis] for axis in axes))
         endstops = [pair for rail in rails for pair in rail.get_endstops()]
         info = rails[0].get_homing_info()
-        move = HomingMove(self.printer, endstops)
-        move.homing_move(end, info.speed)
-        if info.retract_dist:
+        # rails of plug-ins may know less
+        is_sensorless = getattr(info, "use_sensorless_homing", False)
+        with self._accelerating(getattr(info, "accel", None)):
+            move = HomingMove(self.printer, endstops)
+            move.homing_move(end, info.speed)
             # motors that share axes may have stopped a step apart
             start, end = self._complete(forcepos), self._complete(movepos)
-            move = self._home_again(endstops, info, start, end)
-        self._end_rails(rails, axes, move)
+            if is_sensorless:
+                move = self._check_way(endstops, info, start, end, move)
+            elif info.retract_dist:
+                move = self._home_again(endstops, info, start, end)
+            self._end_rails(rails, axes, move)
+            if is_sensorless and info.retract_dist:
+                back = calc_way_back(start, end, info.retract_dist)[0]
+                self._go(axes, back, info.retract_speed)
+
+    @contextlib.contextmanager
+    def _accelerating(self, accel):
+        """Make moves with another acceleration meanwhile (None: as they are)."""
+        if accel is None:
+            yield
+            return
+        before = self.toolhead.get_max_velocity()[1]
+        self.toolhead.set_max_velocities(max_accel=accel)
+        try:
+            yield
+        finally:
+            self.toolhead.set_max_velocities(max_accel=before)
+
+    def _go(self, axes, target, speed):
+        """Move axes to where target has them, and the others not at all."""
+        position = list(self.toolhead.get_position())
+        for axis in axes:
+            position[axis] = target[axis]
+        self.toolhead.move(position, speed)
+
+    def _check_way(self, endstops, info, start, end, move):
+        """Home again from min_home_dist if the way to the end was shorter.
+
+        A motor that is blocked must have turned before.  Returns the HomingMove.
+        """
+        least = info.min_home_dist
+        if move.find_way() >= least:
+            return move
+        back, far = calc_way_back(start, end, least)
+        self.toolhead.move(back, info.retract_speed)
+        self.toolhead.set_position(far)
+        move = HomingMove(self.printer, endstops)
+        move.homing_move(end, info.speed)
+        way = move.find_way()
+        tolerance = dangers.get(self.printer).homing_elapsed_distance_tolerance
+        if abs(way - least) > tolerance:
+            raise CommandError(
+                "Homing of %s: the end was found after %.3f mm, not after"
+                " min_home_dist, %.3f mm: check the current and the sensitivity of its"
+                " driver" % (endstops[0][1], way, least))
+        return move
 
     def _home_again(self, endstops, info, start, end):
-        """Go back and approach once more, slower; returns the HomingMove.
-
-        The way is taken for twice as long as it is, so that it leads past
-        the endstops.
-        """
-        way = [b - a for a, b in zip(start[:3], end[:3], strict=True)]
-        share = min(1., info.retract_dist / math.hypot(*way))
-        back = [a - d * share for a, d in zip(end[:3], way, strict=True)]
-        self.toolhead.move(back + end[3:], info.retract_speed)
-        far = [a - d * share for a, d in zip(back, way, strict=True)]
-        self.toolhead.set_position(far + end[3:])
+        """Go back and approach once more, slower; returns the HomingMove."""
+        back, far = calc_way_back(start, end, info.retract_dist)
+        self.toolhead.move(back, info.retract_speed)
+        self.toolhead.set_position(far)
         move = HomingMove(self.printer, endstops)
         move.homing_move(end, info.second_homing_speed)
         name = move.check_no_movement()

@@ -150,6 +150,11 @@ class HomingMove:
         if self.error is not None:
             raise self.error
 
+    def find_way(self):
+        """How far (mm) the stepper that went furthest was moved to the trigger."""
+        return max(abs(moved.trig_pos - moved.start_pos) * moved.stepper.get_step_dist()
+                   for moved in self.stepper_positions)
+
     # Where it has ended
 
     def _find_positions(self, movepos, kin_spos, trigger_times, probe_pos):

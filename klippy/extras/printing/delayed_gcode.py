@@ -20,7 +20,7 @@ class DelayedGCode:
         printer.register_event_handler("klippy:disconnect", self._stop)
         self.gcode.register_mux_command(
             "UPDATE_DELAYED_GCODE", "ID", self.name, self.cmd_UPDATE_DELAYED_GCODE,
-            desc=self.cmd_UPDATE_DELAYED_GCODE_help)
+            desc=config.get("description", self.cmd_UPDATE_DELAYED_GCODE_help))
 
     def _handle_ready(self):
         waketime = self.reactor.NEVER

@@ -34,6 +34,10 @@ class ExcludeObject:
         self.skipped_position = None    # asked for, while moves are left out
         printer.register_event_handler("klippy:connect", self._handle_connect)
         printer.register_event_handler("virtual_sdcard:reset_file", self._reset_file)
+        if config.getboolean("enable_exclude_object", True):
+            self._register_commands()
+
+    def _register_commands(self):
         for name in ("START", "END", "DEFINE"):
             command = "EXCLUDE_OBJECT_" + name
             self.gcode.register_command(

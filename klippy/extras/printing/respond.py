@@ -11,6 +11,8 @@ class Respond:
         default_type = config.getchoice(
             "default_type", {name: name for name in PREFIXES}, "echo")
         self.default_prefix = config.get("default_prefix", PREFIXES[default_type])
+        if not config.getboolean("enable_respond", True):
+            return
         gcode = config.get_printer().lookup_object("gcode")
         gcode.register_command("M118", self.cmd_M118, True)
         gcode.register_command("RESPOND", self.cmd_RESPOND, True,

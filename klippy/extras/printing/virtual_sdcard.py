@@ -27,6 +27,7 @@ class VirtualSD:
         self.reactor = printer.get_reactor()
         self.gcode = printer.lookup_object("gcode")
         self.sdcard_dirname = os.path.normpath(os.path.expanduser(config.get("path")))
+        self.with_subdirs = config.getboolean("with_subdirs", False)
         self.print_stats = printer.load_object(config, "print_stats")
         self.error_policy = ErrorPolicy(config, self)
         self.stream = None              # SdStream of the loaded file
@@ -304,7 +305,7 @@ class VirtualSD:
 
     def cmd_M20(self, gcmd):
         gcmd.respond_raw("Begin file list")
-        for name, size in self.get_file_list():
+        for name, size in self.get_file_list(self.with_subdirs):
             gcmd.respond_raw("%s %d" % (name, size))
         gcmd.respond_raw("End file list")
 
@@ -315,7 +316,8 @@ class VirtualSD:
         if self.is_active():
             raise gcmd.error("SD busy")
         self._reset_file()
-        self._load_file(gcmd, gcmd.get_raw_command_parameters().lstrip("/"))
+        self._load_file(gcmd, gcmd.get_raw_command_parameters().lstrip("/"),
+                        self.with_subdirs)
 
     def cmd_M24(self, gcmd):
         self.do_resume()

@@ -2,6 +2,7 @@
 """The command line: finding sub-commands, exit statuses."""
 
 import argparse
+import grp
 import json
 import os
 import pathlib
@@ -11,7 +12,7 @@ import sys
 
 import pytest
 
-from klippy import cli
+from klippy import api_socket, cli
 from klippy.cli import run as run_module
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -264,3 +265,25 @@ def test_console_tells_at_once_of_what_is_no_device(tmp_path, capsys):
     for name, what in (("file", "but a file"), ("", "but a folder")):
         assert cli.main(["console", str(tmp_path / name)]) == 1
         assert what in capsys.readouterr().err
+
+
+def test_access_to_the_socket(tmp_path):
+    path = str(tmp_path / "socket")
+    parser = argparse.ArgumentParser()
+    run_module.add_arguments(parser)
+    options = parser.parse_args(
+        ["-n", "--api-server-file-mode", "640", "--api-server-user", str(os.getuid()),
+         "--api-server-group", grp.getgrgid(os.getgid()).gr_name])
+    daemon = run_module.Daemon(options)
+    daemon._make_start_args()
+    with socket.socket(socket.AF_UNIX) as sock:
+        sock.bind(path)
+        api_socket.set_access(path, daemon.start_args)
+        status = os.stat(path)
+    assert status.st_mode & 0o777 == 0o640
+    assert (status.st_uid, status.st_gid) == (os.getuid(), os.getgid())
+    for wrong in (["--api-server-file-mode", "999"], ["--api-server-file-mode", "7777"],
+                  ["--api-server-user", "no such user"],
+                  ["--api-server-group", "no such group"]):
+        with pytest.raises(SystemExit):
+            parser.parse_args(wrong)

@@ -25,8 +25,10 @@ TOURS = {
 }
 
 
-@pytest.mark.parametrize("kind", TOURS)
+@pytest.mark.parametrize("kind", [*TOURS, "hybrid_corexy inverted",
+                                  "hybrid_corexz inverted"])
 def test_sample_homes_and_moves(tmp_path, monkeypatch, kind):
+    kind, _, is_inverted = kind.partition(" ")
     tour, bound = TOURS[kind]
 
     def body(it):
@@ -43,4 +45,8 @@ def test_sample_homes_and_moves(tmp_path, monkeypatch, kind):
         it.send("M84")
         assert it.get("toolhead")["homed_axes"] == ("xyz" if kind == "winch" else "")
     text = (CONFIG / ("sample-%s.cfg" % kind)).read_text()
+    if is_inverted:
+        text = text.replace("kinematics: " + kind,
+                            "kinematics: %s\ninvert_kinematics: True" % (kind,))
+        assert "invert_kinematics" in text
     motion_bench.MotionBench(tmp_path, monkeypatch, text).run_ready(body)

@@ -7,7 +7,9 @@ import motion_bench
 import pytest
 from motion_bench import CARTESIAN
 
+from klippy import rail
 from klippy.errors import CommandError
+from klippy.extras import homing
 
 CONFIG = pathlib.Path(__file__).resolve().parents[4] / "config"
 # Half a step, as positions between two steps are rounded; mm at the nozzle
@@ -271,3 +273,66 @@ def test_arcs_and_offsets_end_where_they_say(make_bench):
         assert len([x for x in text.split("\n") if x.startswith("// mcu: ")]) == 1
         assert set(counts) >= {"stepper_x", "stepper_y", "stepper_z"}
     make_bench(CARTESIAN + "[gcode_arcs]\nresolution: 0.5\n").run_ready(body)
+
+
+SENSORLESS = CARTESIAN.replace(
+    "homing_speed: 50", "homing_speed: 50\nhoming_retract_dist: 3\n"
+    "use_sensorless_homing: True\nmin_home_dist: 20\nhoming_accel: 500")
+
+
+def note_homing(it, monkeypatch):
+    """[(x of a homing move's trigger, accel)], appended to."""
+    moves, real = [], homing.HomingMove.homing_move
+
+    def homing_move(move, movepos, speed, *args, **options):
+        result = real(move, movepos, speed, *args, **options)
+        moves.append((move.find_way(), it.get("toolhead")["max_accel"]))
+        return result
+    monkeypatch.setattr(homing.HomingMove, "homing_move", homing_move)
+    return moves
+
+
+def test_sensorless_homing_needs_a_way(make_bench, monkeypatch):
+    def body(it):
+        moves = note_homing(it, monkeypatch)
+        it.send("G28 X")
+        # wherever it began: a short way is made again from min_home_dist
+        assert it.get("toolhead")["position"][0] == pytest.approx(3.)
+        assert it.get_error()[0] <= HALF["cartesian"][0]
+        it.send("G1 X5 F3000")
+        moves.clear()
+        it.send("G28 X")
+        assert [way for way, _ in moves] == pytest.approx([5., 20.], abs=0.1)
+        assert {accel for _, accel in moves} == {500}
+        assert it.get("toolhead")["max_accel"] == 3000
+        it.send("G1 X50 F3000")
+        moves.clear()
+        it.send("G28 X")
+        assert [way for way, _ in moves] == pytest.approx([50.], abs=0.1)
+        assert it.get("toolhead")["position"][0] == pytest.approx(3.)
+        assert it.get_error()[0] <= HALF["cartesian"][0]
+    make_bench(SENSORLESS).run_ready(body)
+
+
+def test_sensorless_homing_that_ends_too_early_fails(make_bench, monkeypatch):
+    def body(it):
+        monkeypatch.setattr(homing.HomingMove, "find_way", lambda move: 7.)
+        with pytest.raises(CommandError, match="after 7.000 mm, not after"):
+            it.send("G28 X")
+        assert "x" not in homed(it)
+    make_bench(SENSORLESS).run_ready(body)
+
+
+@pytest.mark.parametrize("pin, is_sensorless", [
+    ("^PE5", False), ("tmc2209_stepper_x:virtual_endstop", True)])
+def test_default_of_sensorless_homing(make_bench, monkeypatch, pin, is_sensorless):
+    monkeypatch.setattr(rail.Rail, "lookup_endstop",
+                        lambda self, pin_desc, name: object())
+    found = []
+    monkeypatch.setattr(rail.Rail, "_check_direction",
+                        lambda self, config, choice: found.append(
+                            self.use_sensorless_homing))
+
+    def body(it):
+        assert found[:1] == [is_sensorless]
+    make_bench(CARTESIAN.replace("^PE5", pin)).run(body)
