@@ -155,6 +155,17 @@ class LineRunner:
         return 0
 
 
+def make_refusal(func, reason):
+    """A handler that raises an error, unless func's command is harmless."""
+    is_harmless = getattr(func, "is_harmless", None)
+
+    def refuse(gcmd):
+        if is_harmless is None or not is_harmless(gcmd):
+            raise gcmd.error(reason)
+        func(gcmd)
+    return refuse
+
+
 class GCodeDispatch:
     """Registry of the G-code commands and runner of scripts."""
     error = CommandError
@@ -253,25 +264,24 @@ class GCodeDispatch:
         self._note_section(func)
 
     def _note_section(self, func):
-        """Note whose handler it is; one that is_always_possible is nobody's."""
+        """Note whose handler it is."""
         find_loading = getattr(self.printer, "find_loading", None)
         section = find_loading() if find_loading is not None else None
-        if (section is not None and section.may_lack
-                and not getattr(func, "is_always_possible", False)):
+        if section is not None and section.may_lack:
             self.section_handlers.setdefault(section.name, []).append(func)
 
     def block_section(self, section, reason):
-        """Have the commands that a section of the config registered raise an error."""
+        """Have the commands that a section of the config registered raise an error.
+
+        A handler may have an attribute is_harmless(gcmd): with what it lets pass, it
+        is called.
+        """
         funcs = self.section_handlers.get(section, ())
-
-        def refuse(gcmd):
-            raise gcmd.error(reason)
-
         for handlers in (self.ready_gcode_handlers, self.base_gcode_handlers,
                          *(table for _, table in self.mux_commands.values())):
             for key, func in handlers.items():
                 if func in funcs:
-                    handlers[key] = refuse
+                    handlers[key] = make_refusal(func, reason)
 
     def _run_mux_command(self, cmd, gcmd):
         key, handlers = self.mux_commands[cmd]

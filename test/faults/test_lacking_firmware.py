@@ -225,6 +225,21 @@ def test_part_fan_is_off_without_an_error(tmp_path, monkeypatch):
                tmp_path).run([look])
 
 
+def test_fan_of_two_boards(tmp_path, monkeypatch):
+    """One of its pins is out of use, and so is the fan."""
+    reduced_firmware.patch(
+        monkeypatch, lambda table: reduced_firmware.remove(table, {"WANT_HARD_PWM"}),
+        (1,))
+    sections = ("[multi_pin both]\npins: PB7, aux:PA0\n[fan_generic blower]\n"
+                "pin: multi_pin:both\nhardware_pwm: True\n")
+
+    def look(printer):
+        check_fails(printer, "SET_FAN_SPEED FAN=blower SPEED=1", "WANT_HARD_PWM")
+        check_fails(printer, "SET_FAN_SPEED FAN=blower TEMPLATE=x", "WANT_HARD_PWM")
+        printer.lookup_object("gcode").run_script("SET_FAN_SPEED FAN=blower SPEED=0")
+    PrinterRun(make_config(sections), tmp_path).run([look])
+
+
 def test_sensor_that_another_one_is_made_of(tmp_path, monkeypatch):
     """A combined sensor is not one that guesses."""
     sensor = ("[temperature_sensor chamber]\nsensor_type: EPCOS 100K B57560G104F\n"

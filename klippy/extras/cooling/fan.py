@@ -2,7 +2,6 @@
 """Fans: the pwm output with kick start, and [fan] with M106 and M107."""
 
 from klippy.extras import fan_watch, request_queue, tachometer
-from klippy.mcu import absence
 from klippy.record import record
 
 # The printer goes on without it
@@ -55,7 +54,6 @@ class Fan:
         self.last_speed = self.options.initial_speed
         self.last_fan_value = self.last_req_value = self._calc_power(self.last_speed)
         self._setup_pins(config)
-        self.part = absence.find_part(self.get_mcu())
         self.tachometer = tachometer.FanTachometer(config)
         self.requests = request_queue.GCodeRequestQueue(
             config, self.mcu_fan.get_mcu(), self._apply_speed)
@@ -115,12 +113,7 @@ class Fan:
         self.requests.send_async_request(value, print_time)
 
     def set_speed_from_command(self, value):
-        """Set a speed (0..1) after the moves planned so far.
-
-        Raises CommandError if it cannot turn at all, as the firmware lacks its part.
-        """
-        if value:
-            absence.raise_if_lacking(self.part)
+        """Set a speed (0..1) after the moves planned so far."""
         self.requests.queue_gcode_request(value)
 
     def _handle_request_restart(self, print_time):
@@ -152,7 +145,8 @@ class PrinterFan:
         self.fan.set_speed_from_command(0.0)
 
     # "Off" is no error, whatever the fan lacks: macros go on behind it
-    cmd_M106.is_always_possible = cmd_M107.is_always_possible = True
+    cmd_M106.is_harmless = lambda gcmd: gcmd.get_float("S", 255.0) <= 0.0
+    cmd_M107.is_harmless = lambda gcmd: True
 
 
 def load_config(config):

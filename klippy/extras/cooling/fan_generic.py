@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """[fan_generic name]: a fan commanded by SET_FAN_SPEED."""
 from klippy.extras import fan, template_evaluator
-from klippy.mcu import absence
 
 # The printer goes on without it
 MAY_LACK_FIRMWARE = True
@@ -30,13 +29,13 @@ class PrinterFanGeneric:
             raise gcmd.error("SET_FAN_SPEED FAN=%s needs either SPEED or TEMPLATE"
                              % (self.fan_name,))
         if template is not None:
-            absence.raise_if_lacking(self.fan.part)
             self.evaluator.set_template(gcmd, self, self._show_text)
             return
         self.evaluator.remove(self)
         self.fan.set_speed_from_command(speed)
 
-    cmd_SET_FAN_SPEED.is_always_possible = True     # to 0 it is
+    # as M107 is
+    cmd_SET_FAN_SPEED.is_harmless = lambda gcmd: gcmd.get_float("SPEED", 1.0) <= 0.0
 
     def _show_text(self, text):
         self.fan.set_speed(template_evaluator.read_number(text, 1.0))
