@@ -34,6 +34,8 @@ class PressureAdvance:
         """Read the options of a section.  Raises ConfigError."""
         model = config.getchoice("pressure_advance_model", MODEL_NAMES, "linear")
         advance = config.getfloat("pressure_advance", 0., minval=0.)
+        # Any move is led by what was set when it came
+        config.getboolean("per_move_pressure_advance", False)
         most = dangers.get(config.get_printer())
         smooth_time = config.getfloat(
             "pressure_advance_smooth_time", cls.smooth_time, above=0.,

@@ -12,6 +12,7 @@ class SafeZHome:
         self.z_hop_speed = config.getfloat("z_hop_speed", 15., above=0.)
         self.speed = config.getfloat("speed", 50., above=0.)
         self.move_to_previous = config.getboolean("move_to_previous", False)
+        self.is_y_first = config.getboolean("home_y_before_x", False)
         self._check_z_hop(config)
         if config.has_section("homing_override"):
             raise config.error("[safe_z_home] and [homing_override] both take the"
@@ -60,7 +61,10 @@ class SafeZHome:
         axes = [axis for axis in "XYZ" if gcmd.get(axis, None) is not None] or "XYZ"
         self._lift()
         flat = [axis for axis in axes if axis != "Z"]
-        if flat:
+        if self.is_y_first and len(flat) == 2:
+            self._home("Y")
+            self._home("X")
+        elif flat:
             self._home(flat)
         if "Z" in axes:
             self._home_z(gcmd)

@@ -4,6 +4,7 @@
 import ast
 import json
 import logging
+import math
 
 from klippy.extras.macro_reload import MacroReloader
 from klippy.extras.macro_template import StatusProxy, Template
@@ -42,6 +43,8 @@ class PrinterGCodeMacro:
                 variable_start_string="{", variable_end_string="}",
                 comment_start_string="{#", comment_end_string="#}",
                 trim_blocks=False, extensions=["jinja2.ext.do"])
+            # a variable of that name comes first
+            self.env.globals["math"] = math
         return self.env
 
     def load_template(self, config, option, default=None):
@@ -49,6 +52,9 @@ class PrinterGCodeMacro:
         name = "[%s] option '%s'" % (config.get_name(), option)
         text = (config.get(option) if default is None
                 else config.get(option, default))
+        if text.lstrip().startswith("!"):
+            from klippy.extras import script_file
+            text = script_file.read_script(config, option, text)
         return Template(self, name, text)
 
     def create_template_context(self, eventtime=None):

@@ -208,6 +208,23 @@ def test_safe_z_home(make_bench):
     make_bench(CARTESIAN + SAFE).run_ready(body)
 
 
+@pytest.mark.parametrize("is_y_first", [False, True])
+def test_order_of_homing(make_bench, is_y_first):
+    def body(it):
+        order = []
+        it.printer.register_event_handler(
+            "homing:home_rails_begin",
+            lambda state, rails: order.append(rails[0].get_name(short=True)))
+        it.send("G28")
+        assert "".join(order) == ("yxz" if is_y_first else "xyz")
+        assert homed(it) == "xyz"
+        order.clear()
+        it.send("G28 X")
+        assert order == ["x"]
+    make_bench(CARTESIAN + SAFE + "home_y_before_x: %s\n" % (is_y_first,)
+               ).run_ready(body)
+
+
 def test_safe_z_home_returns(make_bench):
     def body(it):
         it.send("G28 X Y\nG1 X50 Y60 F9000\nG28 Z")

@@ -53,6 +53,11 @@ def test_template_language():
         "// ECHO 0 21.5 2 n=2", "// ECHO 1 21.5 2 n=2", "// ECHO 0.5 x"]
 
 
+def test_mathematics_unless_a_variable_has_its_name():
+    assert run("ECHO {math.floor(math.pi)}") == ["// ECHO 3"]
+    assert run("ECHO {math}", variable_math="5") == ["// ECHO 5"]
+
+
 class Counter:
     """Status of a number that a command counts up."""
     value = 0
