@@ -5,11 +5,9 @@
 
 #include "arcfit.h"
 #include "itersolve.h"
-#include "pair.h"
+#include "minmax.h"
 #include "shaper.h"
 #include "stepcompress.h"
-
-enum { BATCH = 128 };
 
 void
 itersolve_init(struct itersolve *is, const struct itersolve_kind *kind,
@@ -116,42 +114,6 @@ itersolve_align(struct itersolve *is, double time, double steps)
     return push_jump(is, time, steps);
 }
 
-/* A way of speed * t + half_accel * t^2 that never turns, from a print_time on
- * and for so long; neither is negative. */
-struct way {
-    double speed, half_accel, start, duration;
-};
-
-/* print_times at which the way comes to first, first + 1, ...; one more may be
- * written.  This form of the root does not cancel; 1e-300 is for 0 / 0. */
-static void
-solve_batch(double *times, int n, double first, const struct way *w)
-{
-    double speed = w->speed + 1e-300, speed2 = w->speed * w->speed;
-    double four = 4. * w->half_accel, start = w->start, most = w->duration;
-    pair number = { 0., 1. };
-
-    for (int i = 0; i < n; i += 2, number += 2.) {
-        pair x = number + first;
-        pair root = pair_sqrt(pair_max(four * x + speed2, pair_of(0.)));
-        pair_store(times + i, pair_clamp((x + x) / (root + speed), most)
-                              + start);
-    }
-}
-
-/* As solve_batch(), at a constant speed. */
-static void
-solve_even(double *times, int n, double first, const struct way *w)
-{
-    double each = 1. / w->speed, start = w->start, most = w->duration;
-    pair number = { 0., 1. };
-
-#pragma GCC unroll 4
-    for (int i = 0; i < n; i += 2, number += 2.)
-        pair_store(times + i, pair_clamp((number + first) * each, most)
-                              + start);
-}
-
 /* The part of q between `from` and `to`, on which it never turns. */
 static int
 emit_monotone(struct itersolve *is, const struct quadratic *q, double from,
@@ -163,30 +125,28 @@ emit_monotone(struct itersolve *is, const struct quadratic *q, double from,
     int ret = itersolve_align(is, q->time + from, begin);
     int64_t count = itersolve_count_to(is, end, dir);
     double first = dir * (itersolve_get_level(is, 0, dir) - begin);
-    struct way w = {
-        fmax(dir * (q->p1 + 2. * q->p2 * from), 0.), dir * q->p2,
-        q->time + from, to - from,
+    struct stepway w = {
+        max_of(first, 0.), max_of(dir * (q->p1 + 2. * q->p2 * from), 0.),
+        dir * q->p2, q->time + from,
     };
 
-    for (int64_t done = 0; done < count && !ret; done += BATCH) {
-        double times[BATCH];
-        int n = count - done < BATCH ? (int)(count - done) : BATCH;
-        if (q->p2 == 0.)
-            solve_even(times, n, first + (double)done, &w);
-        else
-            solve_batch(times, n, first + (double)done, &w);
-        ret = itersolve_push(is, times, n, dir);
-    }
-    return ret;
+    if (ret || count <= 0)
+        return ret;
+    is->n_steps += dir * count;
+    return is->sc ? stepcompress_push_way(is->sc, &w, count, dir) : 0;
 }
 
 int
 itersolve_emit_quadratic(struct itersolve *is, const struct quadratic *q,
                          double from, double to)
 {
-    double turn = q->p2 != 0. ? -.5 * q->p1 / q->p2 : -1.;
+    double before = q->p1 + 2. * q->p2 * from;
+    double after = q->p1 + 2. * q->p2 * to, turn;
     int ret;
 
+    if (before * after >= 0.)
+        return emit_monotone(is, q, from, to);
+    turn = -.5 * q->p1 / q->p2;
     if (!(from < turn && turn < to))
         return emit_monotone(is, q, from, to);
     ret = emit_monotone(is, q, from, turn);
@@ -214,8 +174,8 @@ emit_segments(struct itersolve *is, double start, double end)
 
     for (; i < tq->end && !ret; i++) {
         const struct trapseg *seg = trapq_get(tq, i);
-        double from = fmax(start - seg->time, 0.);
-        double to = fmin(end - seg->time, seg->duration);
+        double from = max_of(start - seg->time, 0.);
+        double to = min_of(end - seg->time, seg->duration);
         is->cursor = i;
         if (seg->time >= end)
             break;

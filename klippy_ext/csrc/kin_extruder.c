@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "kin_extruder.h"
+#include "minmax.h"
 #include "polyemit.h"
 #include "shaperfit.h"
 
@@ -224,10 +225,10 @@ emit_range(struct itersolve *is, double start, double end)
     k->plan.tq = is->tq;
     same_until = start_path(k, time);
     while (time < end && !ret) {
-        double until = fmin(fmin(end, same_until),
-                            kinkpath_get_end(p) - k->state.shift);
+        double until = min_of(min_of(end, same_until),
+                              kinkpath_get_end(p) - k->state.shift);
         if (time < k->fading.end)
-            until = fmin(until, k->fading.end);
+            until = min_of(until, k->fading.end);
         if (until <= time)      /* rounding: the borders nearly meet */
             until = fmin(nextafter(time, INFINITY), end);
         ret = emit_piece(k, time, until);

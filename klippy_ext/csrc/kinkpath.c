@@ -90,7 +90,7 @@ note_powers(struct kinkpath *p, int n)
         p->degree = p->plain_degree + n - 3;
 }
 
-static int
+static inline int
 is_flat(const struct kink *kink)
 {
     for (int i = 0; i < kink->n; i++)
@@ -99,26 +99,33 @@ is_flat(const struct kink *kink)
     return 1;
 }
 
+static void
+make_kink(const struct kinkpath *p, const struct kink_line *line,
+          uint64_t number, struct kink *kink)
+{
+    const struct kink_source *s = p->source;
+
+    kink->n = s->get_jump(s, line->channel, number, number == p->first,
+                          kink->jump);
+    kink->number = number;
+    kink->is_flat = is_flat(kink);
+    kink->border = get_border(s->tq, number);
+}
+
 /* Several events share a kink: what was asked for last is kept. */
 static inline const struct kink *
 get_kink(const struct kinkpath *p, struct kink_line *line, uint64_t number)
 {
-    const struct kink_source *s = p->source;
     struct kink *kink = &line->kept[number % KINK_KEPT];
 
-    if (kink->number != number) {
-        kink->n = s->get_jump(s, line->channel, number, number == p->first,
-                              kink->jump);
-        kink->number = number;
-        kink->is_flat = is_flat(kink);
-    }
+    if (kink->number != number)
+        make_kink(p, line, number, kink);
     return kink;
 }
 
-/* The next event of a tap is at the first border from `number` on where
- * anything jumps, if that is one of the next few. */
-static inline void
-set_cursor(const struct kinkpath *p, struct kink_tap *tap, uint64_t number)
+/* As set_cursor(), where the next border is no event or is not known. */
+static __attribute__((noinline)) void
+search_cursor(const struct kinkpath *p, struct kink_tap *tap, uint64_t number)
 {
     const struct trapq *tq = p->source->tq;
     uint64_t last = number + KINK_SKIP;
@@ -130,8 +137,23 @@ set_cursor(const struct kinkpath *p, struct kink_tap *tap, uint64_t number)
     tap->next = get_border(tq, number) + tap->event->delay;
 }
 
+/* The next event of a tap is at the first border from `number` on where
+ * anything jumps, if that is one of the next few. */
+static inline void
+set_cursor(const struct kinkpath *p, struct kink_tap *tap, uint64_t number)
+{
+    const struct kink *kink = &tap->line->kept[number % KINK_KEPT];
+
+    if (kink->number != number || kink->is_flat) {
+        search_cursor(p, tap, number);
+        return;
+    }
+    tap->cursor = number;
+    tap->next = kink->border + tap->event->delay;
+}
+
 /* Take what is over. */
-static void
+static inline void
 take_events(struct kinkpath *p, struct kink_tap *tap)
 {
     do {
@@ -288,15 +310,18 @@ renew(struct kinkpath *p, double time)
     find_end(p);
 }
 
-static void
+static inline void
 shift(double q[POLY_SIZE], int n, double by)
 {
-    if (n == 2)
-        poly_shift(q, 2, by);
-    else if (n == 4)
+    if (n == 2) {
+        q[1] += by * q[2];
+        q[0] += by * q[1];
+        q[1] += by * q[2];
+    } else if (n == 4) {
         poly_shift(q, 4, by);
-    else
+    } else {
         poly_shift(q, n, by);
+    }
 }
 
 /* Does each average see one segment only? */

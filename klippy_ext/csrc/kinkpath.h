@@ -47,6 +47,7 @@ struct kink {
     double jump[KINK_SIZE];
     int n, is_flat;             /* nothing jumps */
     uint64_t number;            /* of the segment that begins there */
+    double border;              /* when that is */
 };
 
 struct kink_line {

@@ -81,6 +81,17 @@ pair_swap(pair x)
     return (pair) { x[1], x[0] };
 }
 
+/* The second of a and the first of b. */
+static inline pair
+pair_join(pair a, pair b)
+{
+#ifdef __SSE2__
+    return (pair)_mm_shuffle_pd((__m128d)a, (__m128d)b, 1);
+#else
+    return (pair) { a[1], b[0] };
+#endif
+}
+
 static inline pair
 pair_abs(pair x)
 {
@@ -103,13 +114,6 @@ pair_is_less(pair_mask signs)
 #else
     return (signs[0] | signs[1]) < 0;
 #endif
-}
-
-/* No less than 0 and no more than `most`. */
-static inline pair
-pair_clamp(pair x, double most)
-{
-    return pair_min(pair_max(x, pair_of(0.)), pair_of(most));
 }
 
 /* The closest whole numbers of less than 2^51: there is no room for a fraction

@@ -2,8 +2,7 @@
  * A run against windows.  See runcurve.h. */
 #include <math.h>
 
-#include "pair.h"
-#include "runcurve.h"
+#include "runpair.h"
 
 enum { BLOCK = 8 };
 
@@ -12,17 +11,16 @@ runcurve_count_met(const struct runcurve *c, const struct runview *v,
                    int64_t from, int64_t n)
 {
     double first = (double)from + 1.;
-    pair half = pair_of(.5 * c->add), rest = c->interval - half;
-    pair start = pair_of(v->start), k = { first, first + 1. };
     const double *wanted = v->wanted, *error = v->error;
+    struct runpair at = runpair_begin(c, first, v->start);
     int64_t i = 0;
 
     for (; i + BLOCK <= n; i += BLOCK) {
         pair_mask signs = { 0, 0 };
-        for (int j = 0; j < BLOCK; j += 2, k += 2.) {
-            pair clock = (rest + half * k) * k + start;
-            pair off = pair_abs(clock - pair_load(wanted + i + j));
+        for (int j = 0; j < BLOCK; j += 2) {
+            pair off = pair_abs(at.clocks - pair_load(wanted + i + j));
             signs |= pair_compare(pair_load(error + i + j), off);
+            runpair_move(&at);
         }
         if (pair_is_less(signs))
             break;

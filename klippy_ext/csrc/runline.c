@@ -22,21 +22,32 @@ runline_init(struct runline *l, const struct runview *view)
     l->n = 0;
 }
 
+/* Parts are the same for all runs. */
+static void
+add_parts(struct runline *l, int n)
+{
+    for (; l->n_parts < n; l->n_parts += 2) {
+        pair k = { l->n_parts + 1, l->n_parts + 2 };
+        pair_store(l->part + l->n_parts, 1. / k);
+    }
+}
+
 /* Have at least the first n gates. */
 static inline void
 fill(struct runline *l, int n)
 {
     const double *wanted = l->view.wanted, *error = l->view.error;
-    pair k = { l->n + 1, l->n + 2 }, start = pair_of(l->view.start);
+    pair start = pair_of(l->view.start);
     int i = l->n;
 
     if (i >= n)
         return;
-    for (; i < n; i += 2, k += 2.) {
-        pair part = 1. / k;
+    if (n > l->n_parts)
+        add_parts(l, n);
+    for (; i < n; i += 2) {
+        pair part = pair_load(l->part + i);
         pair middle = (pair_load(wanted + i) - start) * part;
         pair half = pair_load(error + i) * part;
-        pair_store(l->part + i, part);
         pair_store(l->low + i, middle - half);
         pair_store(l->high + i, middle + half);
     }
@@ -201,11 +212,13 @@ runline_find_longest(struct runline *l, int n, double add, struct runcurve *c)
 int
 runline_check(const struct runline *l)
 {
-    if (l->n < 0 || l->n > RUNLINE_MAX)
+    if (l->n < 0 || l->n > l->n_parts || l->n_parts > RUNLINE_MAX)
         return -23;
+    for (int i = 0; i < l->n_parts; i++)
+        if (fabs(l->part[i] * (i + 1) - 1.) > SLACK)
+            return -25;
     for (int i = 0; i < l->n; i++)
-        if (fabs(l->part[i] * (i + 1) - 1.) > SLACK
-            || l->low[i] > l->high[i])
+        if (l->low[i] > l->high[i])
             return -24;
     return 0;
 }

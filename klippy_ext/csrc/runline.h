@@ -21,12 +21,12 @@ enum { RUNLINE_MAX = 512 };
 /* The gates of the next windows, as far as they were asked for. */
 struct runline {
     struct runview view;
-    int n;
+    int n, n_parts;             /* of gates; of parts, which stay */
     double part[RUNLINE_MAX];   /* 1 / k */
     double low[RUNLINE_MAX], high[RUNLINE_MAX];
 };
 
-/* No gates yet. */
+/* No gates yet.  A line begins as zeros. */
 void runline_init(struct runline *l, const struct runview *view);
 /* How many of the first n gates (at most RUNLINE_MAX) a line of this add and
  * any whole interval gets through (but for rounding), and the least and

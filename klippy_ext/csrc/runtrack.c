@@ -2,7 +2,8 @@
  * Runs that go on.  See runtrack.h. */
 #include <math.h>
 
-#include "pair.h"
+#include "minmax.h"
+#include "runpair.h"
 #include "runtrack.h"
 
 enum { BLOCK = 16 };
@@ -14,22 +15,22 @@ runtrack_init(struct runtrack *t, double add)
 }
 
 /* Do the least and the greatest interval meet all windows of a block, of which
- * the first is for step k? */
+ * the first is for step k?  They do if the one between them meets windows that
+ * are smaller by how far they are from it. */
 static inline int
 is_block_met(const struct runtrack *t, const struct runview *v, int64_t i,
-             double first)
+             double k)
 {
-    double half = .5 * t->add, start = v->start;
-    double lo = t->interval_lo - half, hi = t->interval_hi - half;
-    pair k = { first, first + 1. };
+    double radius = .5 * (t->interval_hi - t->interval_lo);
+    const struct runcurve middle = { t->interval_lo + radius, t->add };
+    struct runpair at = runpair_begin(&middle, k, v->start);
+    pair less = { radius * k, radius * (k + 1.) };
     pair_mask signs = { 0, 0 };
 
-    for (int n = 0; n < BLOCK; n += 2, k += 2.) {
-        pair bend = half * k;
-        pair wanted = pair_load(v->wanted + i + n) - start;
-        pair error = pair_load(v->error + i + n);
-        signs |= pair_compare((lo + bend) * k, wanted - error);
-        signs |= pair_compare(wanted + error, (hi + bend) * k);
+    for (int n = 0; n < BLOCK; n += 2, less += 2. * radius) {
+        pair off = pair_abs(at.clocks - pair_load(v->wanted + i + n));
+        signs |= pair_compare(pair_load(v->error + i + n) - less, off);
+        runpair_move(&at);
     }
     return !pair_is_less(signs);
 }
@@ -85,7 +86,8 @@ runtrack_aim(const struct runtrack *t, double k, double wanted,
     *c = (struct runcurve) { 0., t->add };
     wanted -= runcurve_get(c, k);
     c->interval = pair_round_one(wanted / k);
-    c->interval = fmin(fmax(c->interval, t->interval_lo), t->interval_hi);
+    c->interval = min_of(max_of(c->interval, t->interval_lo),
+                         t->interval_hi);
     return fabs(c->interval * k - wanted);
 }
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "minmax.h"
 #include "polyemit.h"
 #include "shaper.h"
 #include "shapercore.h"
@@ -145,12 +146,37 @@ get_piece(const struct kink_source *source, int channel, uint64_t number,
     return 3;
 }
 
+/* Between two segments that are straight. */
+static int
+get_plain_jump(const double weights[3], const struct trapseg *a,
+               const struct trapseg *b, double jump[KINK_SIZE])
+{
+    double from = weigh(weights, a->axes_r), to = weigh(weights, b->axes_r);
+    double t = a->duration, h = from * a->half_accel, v = from * a->start_v;
+
+    jump[0] = weigh(weights, b->start)
+        - (weigh(weights, a->start) + (v + h * t) * t);
+    jump[1] = to * b->start_v - (v + 2. * h * t);
+    jump[2] = to * b->half_accel - h;
+    return 3;
+}
+
 static int
 get_jump(const struct kink_source *source, int channel, uint64_t number,
          int is_first, double jump[KINK_SIZE])
 {
+    const struct trapq *tq = source->tq;
+    const struct shaper_path *path = source->data;
     double before[KINK_SIZE];
-    int n = get_piece(source, channel, number, 0, jump), n_before;
+    int n, n_before;
+
+    if (!is_first && number < tq->end
+        && trapq_get(tq, number)->turn == 0.
+        && trapq_get(tq, number - 1)->turn == 0.)
+        return get_plain_jump(path->weights[channel],
+                              trapq_get(tq, number - 1),
+                              trapq_get(tq, number), jump);
+    n = get_piece(source, channel, number, 0, jump);
 
     if (is_first) {
         jump[0] = 0.;
@@ -276,7 +302,7 @@ shaper_emit(struct itersolve *is, double start, double end)
                  is->active_axes);
     kinkpath_start(k, time);
     while (time < end && !ret) {
-        double until = fmin(kinkpath_get_end(k), end);
+        double until = min_of(kinkpath_get_end(k), end);
         ret = emit_piece(is, time, until, offset);
         time = until;
         if (time < end)

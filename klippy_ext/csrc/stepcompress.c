@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "msgblock.h"
-#include "pair.h"
+#include "stepbatch.h"
 #include "stepcompress.h"
 #include "stephist.h"
 
@@ -15,7 +15,7 @@
 struct stepcompress {
     uint32_t oid;
     struct stepcompress_options options;
-    double offset, freq;
+    struct stepscale scale;
     int64_t made_clock;         /* no step comes before it any more */
     int64_t before_clock;       /* wanted clock of the step before `held` */
     int64_t held_clock;
@@ -68,8 +68,7 @@ stepcompress_configure(struct stepcompress *sc,
 void
 stepcompress_set_time(struct stepcompress *sc, double offset, double freq)
 {
-    sc->offset = offset;
-    sc->freq = freq;
+    sc->scale = (struct stepscale) { offset, freq };
 }
 
 /* ---- Messages ---- */
@@ -234,103 +233,91 @@ push_step(struct stepcompress *sc, int64_t clock, int dir)
     return ret;
 }
 
-static inline double
-get_clock(const struct stepcompress *sc, double print_time)
+/* Many steps: at times of an array, or on a way. */
+struct steps {
+    const double *times;
+    const struct stepway *way;
+};
+
+static double
+get_clock(const struct stepcompress *sc, const struct steps *s, int64_t i)
 {
-    return pair_round_one((print_time - sc->offset) * sc->freq);
+    return s->way ? stepway_get_clock(s->way, &sc->scale, (double)i)
+        : stepscale_get_clock(&sc->scale, s->times[i]);
 }
 
-/* Clocks of n times.  One more may be written. */
-static void
-set_clocks(const struct stepcompress *sc, double *clocks, const double *times,
-           int n)
-{
-    double offset = sc->offset, freq = sc->freq;
-    int i = 0;
-
-#pragma GCC unroll 4
-    for (; i + 2 <= n; i += 2)
-        pair_store(clocks + i,
-                   pair_round((pair_load(times + i) - offset) * freq));
-    if (i < n)
-        clocks[i] = get_clock(sc, times[i]);
-}
-
-/* As get_error(), of clocks 1 to n, whose neighbours are 0 to n + 1.  Returns 0
- * if any is less than a tick after the one before.  One more may be read, and
- * one more error be written. */
+/* Like push_step() of step `done` and as many of n more as there is room for,
+ * if all are easy: a step in their direction is held, which is that of the run,
+ * and none is far.  Returns how many were taken. */
 static int
-set_errors(const struct stepcompress *sc, double *errors, const double *clocks,
-           int n)
-{
-    pair most = pair_of(2. * sc->options.max_error + 1.);
-    pair_mask signs = { 0, 0 };
-
-#pragma GCC unroll 4
-    for (int i = 1; i <= n; i += 2) {
-        pair clock = pair_load(clocks + i);
-        pair room = pair_min(clock - pair_load(clocks + i - 1),
-                             pair_load(clocks + i + 1) - clock);
-        signs |= pair_compare(room, pair_of(1.));
-        /* half of what is left without one, rounded down */
-        room = pair_min(room, most) * .5 - .75;
-        pair_store(errors + i, pair_round(room));
-    }
-    return !pair_is_less(signs);
-}
-
-/* Like push_step() for as many as there is room for, if all are easy: a step in
- * their direction is held, which is that of the run, and none is far.  Returns
- * how many were taken. */
-static int
-push_easy(struct stepcompress *sc, const double *times, int n, int dir)
+push_easy(struct stepcompress *sc, const struct steps *s, int64_t done,
+          int64_t left, int dir)
 {
     struct runfit *fit = &sc->fit;
-    double *clocks = fit->wanted + fit->end, *errors = fit->error + fit->end;
-    int room = RUNFIT_STORE - fit->end;
+    struct stepbatch b = {
+        sc->scale, sc->options.max_error,
+        (double)(sc->held_clock - sc->before_clock),
+        fit->wanted + fit->end, fit->error + fit->end,
+    };
+    int n = RUNFIT_STORE - fit->end;
 
-    if (sc->held_dir != dir || sc->run_dir != dir || !room)
+    if (sc->held_dir != dir || sc->run_dir != dir || !n)
         return 0;
-    n = n < room ? n : room;
-    clocks[0] = (double)sc->held_clock;
-    set_clocks(sc, clocks + 1, times, n);
-    clocks[n + 1] = clocks[n] + FAR_TICKS;
-    if (!(clocks[1] - clocks[0] >= 1.)
-        || !(clocks[n] - (double)sc->before_clock < FAR_TICKS)
-        || !set_errors(sc, errors, clocks, n - 1))
+    n = left < n ? (int)left : n;
+    b.clocks[0] = (double)sc->held_clock;
+    if (!(s->way ? stepbatch_set_way(&b, s->way, done, n)
+          : stepbatch_set_times(&b, s->times + done, n))
+        || !(b.clocks[n] - (double)sc->before_clock < FAR_TICKS))
         return 0;
-    errors[0] = get_error(sc, sc->held_clock - sc->before_clock,
-                          (int64_t)(clocks[1] - clocks[0]));
     fit->end += n;
     sc->pending += n * dir;
-    sc->before_clock = (int64_t)clocks[n - 1];
-    sc->held_clock = (int64_t)clocks[n];
+    sc->before_clock = (int64_t)b.clocks[n - 1];
+    sc->held_clock = (int64_t)b.clocks[n];
     return n;
 }
 
-int
-stepcompress_push(struct stepcompress *sc, const double *times, int n, int dir)
+static int
+push_steps(struct stepcompress *sc, const struct steps *s, int64_t n, int dir)
 {
+    int64_t done = 0;
     int ret = 0;
 
-    while (n > 0 && !ret) {
-        int taken = push_easy(sc, times, n, dir);
+    while (done < n && !ret) {
+        int taken = push_easy(sc, s, done, n - done, dir);
         if (!taken) {
-            ret = push_step(sc, (int64_t)get_clock(sc, *times), dir);
+            ret = push_step(sc, (int64_t)get_clock(sc, s, done), dir);
             taken = 1;
         }
         if (!ret && runfit_is_full(&sc->fit))
             ret = emit_ready(sc);
-        times += taken;
-        n -= taken;
+        done += taken;
     }
     return ret;
+}
+
+int
+stepcompress_push(struct stepcompress *sc, const double *times, int n,
+                  int dir)
+{
+    const struct steps s = { .times = times };
+
+    return push_steps(sc, &s, n, dir);
+}
+
+int
+stepcompress_push_way(struct stepcompress *sc, const struct stepway *w,
+                      int64_t n, int dir)
+{
+    const struct steps s = { .way = w };
+
+    return push_steps(sc, &s, n, dir);
 }
 
 void
 stepcompress_note_made(struct stepcompress *sc, double print_time)
 {
-    int64_t clock = (int64_t)((print_time - sc->offset) * sc->freq);
+    int64_t clock = (int64_t)((print_time - sc->scale.offset)
+                              * sc->scale.freq);
 
     if (clock > sc->made_clock)
         sc->made_clock = clock;

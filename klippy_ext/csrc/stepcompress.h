@@ -23,6 +23,7 @@
 
 #include "qmsg.h"
 #include "runfit.h"
+#include "stepway.h"
 
 enum { STEPMSG_CELL = 1 };
 
@@ -53,6 +54,9 @@ void stepcompress_set_time(struct stepcompress *sc, double offset,
 /* Add n steps in one direction (+1 or -1) at these print_times. */
 int stepcompress_push(struct stepcompress *sc, const double *times, int n,
                       int dir);
+/* As before, at the times of a way. */
+int stepcompress_push_way(struct stepcompress *sc, const struct stepway *w,
+                          int64_t n, int dir);
 /* No step will come before this print_time. */
 void stepcompress_note_made(struct stepcompress *sc, double print_time);
 /* Make messages of all runs that begin before `clock`. */

@@ -11,8 +11,8 @@ MOTION = ["arcfit", "msgblock", "qmsg", "trapq", "itersolve", "polysolve", "kin_
           "driveplan",
           "kin_polar", "kin_rotary_delta", "kin_winch", "kinkpath", "polyemit",
           "reply", "runcurve", "runfit", "runline", "runtrack", "shaper",
-          "shapercore", "shaperfit", "stephist", "stepcompress", "steppersync",
-          "steppool"]
+          "shapercore", "shaperfit", "stepbatch", "stephist", "stepcompress",
+          "steppersync", "steppool"]
 
 
 def test_a_print_and_every_allocation_that_fails_in_it(tmp_path):

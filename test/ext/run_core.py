@@ -32,7 +32,7 @@ class Track(ctypes.Structure):
 
 
 class Line(ctypes.Structure):
-    _fields_ = [("view", View), ("n", ctypes.c_int),
+    _fields_ = [("view", View), ("n", ctypes.c_int), ("n_parts", ctypes.c_int),
                 *((name, ctypes.c_double * LINE_MAX)
                   for name in ("part", "low", "high"))]
 
