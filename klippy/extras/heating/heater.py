@@ -45,6 +45,8 @@ class HeaterLimits:
     def from_config(cls, config, report_time):
         low = config.getfloat("min_temp", minval=ABSOLUTE_ZERO)
         high = config.getfloat("max_temp", above=low)
+        # MAX_HEAT_TIME bounds the time without updates, whatever their number
+        config.getint("lost_update_tolerance", 2, minval=0)
         return cls(
             low, high,
             config.getfloat("min_extrude_temp", min(max(170.0, low), high),
