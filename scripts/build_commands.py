@@ -19,6 +19,8 @@ import zlib
 
 RESERVED_IDS = {"identify_response offset=%u data=%.*s": 0,
                 "identify offset=%u count=%c": 1}
+# Messages that come once or seldom: their numbers may take two bytes
+RARE = ("allocate_", "config_", "debug_", "finalize_", "query_", "sdio_")
 FIRST_STRING_ID = 2
 PAYLOAD_MAX = 59
 RECORD = re.compile(r"@@DECL\s+(\w+)\s+@\|(.*?)@@END", re.S)
@@ -223,6 +225,7 @@ class Collector:
     def assign_ids(self):
         """Number messages and strings; the most frequent get one byte."""
         fmts = sorted(self.commands) + sorted(self.responses)
+        fmts.sort(key=lambda fmt: fmt.startswith(RARE))
         fmts += sorted(self.outputs)
         missing = set(RESERVED_IDS) - set(fmts)
         if missing:

@@ -211,7 +211,7 @@ shorten_add(double add)
 }
 
 /* Bend the curve of a short run so that its add takes fewer bytes, if it then
- * still meets all n windows and ends well inside the last. */
+ * still meets all n windows. */
 static void
 save_bytes(struct runfit *f, int64_t n, struct runcurve *c)
 {
@@ -225,10 +225,10 @@ save_bytes(struct runfit *f, int64_t n, struct runcurve *c)
         if (shorter == add)
             return;
         add = shorter;
-        if (runline_find_intervals(&f->line, add, (int)n, &least, &most) < n
-            || runline_aim(&f->line, (int)n, add, least, most, &bent)
-               > f->line.view.error[n - 1] * .5
-            || runcurve_count_met(&bent, &f->line.view, 0, n) < n)
+        if (runline_find_intervals(&f->line, add, (int)n, &least, &most) < n)
+            return;
+        runline_aim(&f->line, (int)n, add, least, most, &bent);
+        if (runcurve_count_met(&bent, &f->line.view, 0, n) < n)
             return;
         *c = bent;
     }

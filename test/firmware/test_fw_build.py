@@ -39,6 +39,17 @@ def test_reserved_numbers():
     assert ids["identify_response offset=%u data=%.*s"] == 0
 
 
+def test_numbers_of_one_byte_are_for_what_comes_often():
+    setup = ["config_part%d oid=%%c" % (i,) for i in range(100)]
+    often = ["queue_step oid=%c interval=%u count=%hu add=%hi",
+             "set_next_step_dir oid=%c dir=%c"]
+    ids = collect("".join('@@DECL command @| f%d @| 0 @| "%s" @@END' % (i, fmt)
+                          for i, fmt in enumerate(setup + often))
+                  + '@@DECL response @| 0 @| "stats count=%u" @@END').ids
+    assert [ids[fmt] for fmt in (*often, "stats count=%u")] == [2, 3, 4]
+    assert sorted(ids.values()) == list(range(105))
+
+
 @pytest.mark.parametrize("text, error", [
     ('@@DECL command @| g @| 0 @| "identify x=%u" @@END', "declared twice"),
     ('@@DECL command @| g @| 0 @| "go far=%d" @@END', "bad parameter"),
