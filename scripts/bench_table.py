@@ -103,7 +103,7 @@ def make_job(name, folder):
         return bench_files.make_pattern(name, folder)
     if (SAMPLES / (name + ".gcode")).exists():
         return SAMPLES / (name + ".gcode")
-    path = folder / "job.gcode"
+    path = folder / (name.replace(" ", "_") + ".gcode")
     if name == "nothing":
         path.write_text("M115\n")
         return path
@@ -139,8 +139,12 @@ def count_steps(output, dictionary):
 def count_instructions(command, folder):
     """(of the C core, of all else) instructions of a run by callgrind."""
     out = folder / "callgrind.out"
-    subprocess.run(["valgrind", "--tool=callgrind", "--callgrind-out-file=%s" % (out,),
-                    *command], check=True, capture_output=True)
+    done = subprocess.run(
+        ["valgrind", "--tool=callgrind", "--callgrind-out-file=%s" % (out,), *command],
+        capture_output=True, text=True)
+    if done.returncode:
+        sys.exit("%s failed by callgrind:\n%s" % (" ".join(command),
+                                                 done.stderr[-2000:]))
     with open(out) as lines:
         counts = sum_objects(lines)
     core = sum(count for name, count in counts.items() if CORE in name)
@@ -175,13 +179,17 @@ def count_lines(job):
         return sum(1 for line in lines if line.partition(";")[0].strip())
 
 
-def split_instructions(args, n_steps, folder):
+def split_instructions(args, size, n_steps, folder):
     """(G in all, K a line without the C core, in the C core a step), the start
-    left out of both."""
+    left out of both.  size: bytes that the same run has sent before."""
     config, job, dictionary, _ = args
     start = count_instructions(bench_files.make_command(
         config, make_job("nothing", folder), dictionary, folder), folder)
     found = count_instructions(bench_files.make_command(*args), folder)
+    counted = (folder / "out.serial").stat().st_size
+    if counted != size:
+        sys.exit("%s with %s: %d bytes when timed, but %d when counted" % (
+            job, config, size, counted))
     core, other = (count - of_start
                    for count, of_start in zip(found, start, strict=True))
     return sum(found) / 1e9, other / count_lines(job) / 1e3, core / max(n_steps, 1)
@@ -203,7 +211,7 @@ def measure(row, dictionaries, options, folder):
     if name == "nothing":
         return (*found, sum(count_instructions(
             bench_files.make_command(*args), folder)) / 1e9)
-    return found + split_instructions(args, counts[0], folder)
+    return found + split_instructions(args, size, counts[0], folder)
 
 
 def main():

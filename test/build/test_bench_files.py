@@ -6,6 +6,7 @@ import itertools
 import math
 import pathlib
 import re
+import shutil
 
 import pytest
 
@@ -77,8 +78,44 @@ totals: 5127
 """
 
 
-def test_instructions_by_object(monkeypatch):
-    """What a function called took is told where that is, and not twice."""
+@pytest.fixture
+def table(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "scripts"))
-    counts = load("bench_table").sum_objects(CALLGRIND.splitlines(keepends=True))
+    return load("bench_table")
+
+
+def test_each_job_has_a_file_of_its_own(table, tmp_path):
+    """The one that does nothing is made while others are measured."""
+    vase = table.make_job("vase_s at 0", tmp_path)
+    size = vase.stat().st_size
+    assert table.make_job("nothing", tmp_path).read_text() == "M115\n"
+    assert vase.stat().st_size == size > 100000
+
+
+@pytest.mark.parametrize("counted, error", [
+    (7, "9 bytes when timed, but 7 when counted"), (9, None)])
+def test_a_counted_run_that_ended_early(table, tmp_path, monkeypatch, counted, error):
+    (tmp_path / "out.serial").write_bytes(b"x" * counted)
+    job = tmp_path / "job.gcode"
+    job.write_text("M115\n" * 10)
+    counts = iter([(10, 100), (2010, 20100)])
+    monkeypatch.setattr(table, "count_instructions", lambda *_: next(counts))
+    args = "printer.cfg", job, "klipper.dict", tmp_path
+    if error:
+        with pytest.raises(SystemExit, match=error):
+            table.split_instructions(args, 9, 100, tmp_path)
+    else:
+        assert table.split_instructions(args, 9, 100, tmp_path) == (
+            pytest.approx(22.11e-6), 2., 20.)
+
+
+@pytest.mark.skipif(shutil.which("valgrind") is None, reason="needs valgrind")
+def test_a_counted_run_that_failed(table, tmp_path):
+    with pytest.raises(SystemExit, match="failed by callgrind"):
+        table.count_instructions(["false"], tmp_path)
+
+
+def test_instructions_by_object(table):
+    """What a function called took is told where that is, and not twice."""
+    counts = table.sum_objects(CALLGRIND.splitlines(keepends=True))
     assert counts == {"/usr/lib/libc.so": 127, "/x/libklippyc.so": 5000}
