@@ -7,7 +7,10 @@
  * req_clock (both in ticks of the target mcu, 64 bit).  Chains of qmsg are
  * handed over whole: who calls qsink.send_batch() gives the messages away.
  *
- * Threads: a qfifo has one owner at a time; nothing here locks.
+ * Whoever makes many takes them of a qpool, a few dozen an allocation.
+ *
+ * Threads: a qfifo and a qpool have one owner at a time; nothing here locks.
+ * Messages of a pool may be freed by any thread, and after the pool.
  */
 #ifndef QMSG_H
 #define QMSG_H
@@ -22,11 +25,17 @@ enum { QMSG_DATA_MAX = 59 };    /* payload of a full 64 byte block */
 
 struct qmsg {
     struct qmsg *next;
+    struct qslab *slab;         /* that it is a part of; NULL: of none */
     uint64_t min_clock, req_clock;
     uint64_t notify_id;         /* 0: nobody waits for the ack */
     double sent_time, receive_time;     /* s, host clock */
     uint8_t len;
     uint8_t data[64];
+};
+
+struct qpool {
+    struct qslab *slab;         /* NULL, or one with some that are not used */
+    int n_used;                 /* messages of it */
 };
 
 struct qfifo {
@@ -42,6 +51,11 @@ struct qsink {
 /* Return a zeroed message, or NULL when out of memory. */
 struct qmsg *qmsg_new(void);
 void qmsg_free(struct qmsg *m);
+
+/* As qmsg_new(), but for its data, which is not zeroed. */
+struct qmsg *qpool_new(struct qpool *p);
+/* Empty it; its messages stay. */
+void qpool_clear(struct qpool *p);
 
 static inline void
 qfifo_init(struct qfifo *f)

@@ -26,6 +26,7 @@ struct stepcompress {
     int64_t pending;            /* steps in fit and held, signed */
     uint64_t n_steps, n_runs;
     struct qfifo out;
+    struct qpool pool;
     struct stephist history;
     struct runfit fit;
 };
@@ -52,6 +53,7 @@ stepcompress_delete(struct stepcompress *sc)
     if (!sc)
         return;
     qfifo_clear(&sc->out);
+    qpool_clear(&sc->pool);
     stephist_free(&sc->history);
     free(sc);
 }
@@ -76,7 +78,7 @@ stepcompress_set_time(struct stepcompress *sc, double offset, double freq)
 static int
 send_dir(struct stepcompress *sc, int dir, uint64_t req_clock)
 {
-    struct qmsg *m = qmsg_new();
+    struct qmsg *m = qpool_new(&sc->pool);
     uint8_t *p;
 
     if (!m)
@@ -100,7 +102,7 @@ send_run(struct stepcompress *sc, const struct steprun *run, int dir)
 
     if (dir != sc->sent_dir && send_dir(sc, dir, first))
         return -ENOMEM;
-    m = qmsg_new();
+    m = qpool_new(&sc->pool);
     if (!m)
         return -ENOMEM;
     p = msgblock_put_int(m->data, sc->options.queue_step_tag);
@@ -370,7 +372,7 @@ stepcompress_add_message(struct stepcompress *sc, const uint8_t *data,
 
     if (ret)
         return ret;
-    m = qmsg_new();
+    m = qpool_new(&sc->pool);
     if (!m)
         return -ENOMEM;
     memcpy(m->data, data, len);

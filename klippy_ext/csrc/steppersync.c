@@ -20,7 +20,8 @@ struct steppersync {
     int n_members, failed;
     double offset, freq;
     uint32_t move_count;
-    uint64_t *cells;            /* heap: when each becomes free */
+    uint32_t first;             /* cell that is free first */
+    uint64_t *cells;            /* ring, in order: when each becomes free */
 };
 
 struct steppersync *
@@ -142,22 +143,22 @@ steppersync_get_failed(const struct steppersync *ss)
 
 /* ---- Cells ---- */
 
-/* Take the cell that is free first, until `until`.  Returns when that is. */
+/* Take the cell that is free first, until `until`, which is hardly ever before
+ * that of another one.  Returns when that is. */
 static uint64_t
 take_cell(struct steppersync *ss, uint64_t until)
 {
-    uint64_t *cells = ss->cells, first = cells[0];
-    uint32_t hole = 0, child;
+    uint64_t *cells = ss->cells, first = cells[ss->first];
+    uint32_t last = ss->move_count - 1, hole = ss->first, before;
 
-    while ((child = 2 * hole + 1) < ss->move_count) {
-        if (child + 1 < ss->move_count && cells[child + 1] < cells[child])
-            child++;
-        if (until <= cells[child])
+    for (;; hole = before) {
+        before = hole ? hole - 1 : last;
+        if (before == ss->first || cells[before] <= until)
             break;
-        cells[hole] = cells[child];
-        hole = child;
+        cells[hole] = cells[before];
     }
     cells[hole] = until;
+    ss->first = ss->first == last ? 0 : ss->first + 1;
     return first;
 }
 
@@ -211,9 +212,11 @@ steppersync_flush_until(struct steppersync *ss, double print_time)
 int
 steppersync_check(const struct steppersync *ss)
 {
-    for (uint32_t i = 1; i < ss->move_count; i++)
-        if (ss->cells[i] < ss->cells[(i - 1) / 2])
+    for (uint32_t i = 1; i < ss->move_count; i++) {
+        uint32_t cell = (ss->first + i) % ss->move_count;
+        if (ss->cells[cell] < ss->cells[(cell ? cell : ss->move_count) - 1])
             return -1;
+    }
     for (int i = 0; i < ss->n_members; i++) {
         const struct member *m = &ss->members[i];
         int ret = stepcompress_check(m->sc);

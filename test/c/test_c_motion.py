@@ -15,12 +15,14 @@ MOTION = ["arcfit", "msgblock", "qmsg", "trapq", "itersolve", "polysolve", "kin_
           "steppersync", "steppool"]
 
 
-def test_a_print_and_every_allocation_that_fails_in_it(tmp_path):
+@pytest.mark.parametrize("slab, step", [(1, 197), (32, 7)])
+def test_a_print_and_every_allocation_that_fails_in_it(tmp_path, slab, step):
     """Nothing leaks, nothing is used after an error: the sanitizer tells."""
-    program = compile_test(tmp_path, "motion_story.c", MOTION, [*MEMORY, *WRAP])
-    output = run(program, "197")
+    program = compile_test(tmp_path, "motion_story.c", MOTION,
+                           [*MEMORY, *WRAP, "-DQMSG_SLAB=%d" % (slab,)])
+    output = run(program, str(step))
     messages, allocations, failed = map(int, re.findall(r"\d+", output))
-    assert messages > 1000 and allocations > messages and failed > 200
+    assert messages > 1000 and allocations > messages / slab and failed > 200
 
 
 @pytest.mark.parametrize("flags", [MEMORY, ["-fsanitize=thread"]],
