@@ -106,7 +106,7 @@ def test_lone_sync_bytes_are_silent(board):
 
 
 @pytest.mark.parametrize("payload, reason", [
-    (encode_int(120), "Invalid command"),
+    (encode_int(3000), "Invalid command"),
     (encode_int(-5), "Invalid command"),
     (encode_int(0), "Invalid command"),
     (b"\x81\x80\x80\x80\x80\x80\x01", "Command parser error"),
@@ -117,6 +117,12 @@ def test_unusable_command_shuts_down(board, payload, reason):
     assert board.find_shutdown() == reason
     board.send("get_clock")
     assert board.messages[-1]["#name"] == "clock"
+
+
+def test_an_answer_is_no_command(board):
+    board.send_block(encode_int(board.identify()["responses"]["is_shutdown"
+                                                             " static_string_id=%hu"]))
+    assert board.find_shutdown() == "Invalid command"
 
 
 def test_truncated_byte_string_shuts_down(board):

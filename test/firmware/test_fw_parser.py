@@ -278,8 +278,8 @@ def test_how_much_is_identified_at_once(board, simulator_so, count, ahead):
 
 def test_two_byte_numbers_are_of_commands_too(board):
     names = [name for name, form in board.commands.items() if form.msg_id >= 96]
-    assert "update_digital_out" in names
-    number, _ = decode_int(encode_int(board.commands["update_digital_out"].msg_id), 0)
+    assert "config_pwm_out" in names
+    number, _ = decode_int(encode_int(board.commands["config_pwm_out"].msg_id), 0)
     assert number >= 96
 
 
@@ -291,7 +291,7 @@ def test_the_first_reason_counts(board):
     board.run_for(.1)
     first = board.list_messages("shutdown")[0]
     board.send("emergency_stop")
-    board.send_block(encode_int(120))
+    board.send_block(encode_int(3000))
     again = board.list_messages("shutdown")
     assert {(m["clock"], m["static_string_id"]) for m in again} == {
         (first["clock"], first["static_string_id"])}
