@@ -2,6 +2,7 @@
 cimport cython
 
 from klippy.lookahead cimport LookAheadQueue, MotionLimits, Move
+from klippy.movetaker cimport MoveTaker
 from klippy.units cimport mm_t, sec_t
 from klippy_ext.trapq cimport TrapQ
 
@@ -10,6 +11,8 @@ cdef class ToolHead:
     cdef dict __dict__
     cdef object __weakref__
     cdef public object printer, reactor, mcu, kin, extruder, motion_queuing
+    # The extruder if it is of this class
+    cdef MoveTaker taker
     cdef public TrapQ trapq
     cdef public LookAheadQueue lookahead
     cdef public MotionLimits limits
@@ -32,6 +35,7 @@ cdef class ToolHead:
                         double speed) except -1
     @cython.locals(prev=Move, extra_v2=double)
     cdef int add_move(self, Move move) except -1
+    cdef bint has_taker(self) noexcept
     cpdef double find_extra_v2(self, Move prev, Move move) except -1.
     cdef int commit(self, bint is_final) except -1
     @cython.locals(move=Move)

@@ -15,6 +15,7 @@ from klippy.errors import CommandError, ConfigError
 from klippy.gcode_command import Coord
 from klippy.lookahead import PLAN_TIME, LookAheadQueue, MotionLimits, Move
 from klippy.motionguard import PlannedStop
+from klippy.movetaker import MoveTaker
 
 if cython.compiled:
     from cython.cimports.klippy.lookahead import make_arc_move, make_move
@@ -99,7 +100,7 @@ class ToolHead:
         self.lookahead = LookAheadQueue(
             FILE_PLAN_TIME if self.mcu.is_fileoutput() else PLAN_TIME)
         self.limits = read_limits(config)
-        self.extruder = NoExtruder(self.printer)
+        self.extruder, self.taker = NoExtruder(self.printer), None
         self.extra_axes = [self.extruder]
         self.x = self.y = self.z = self.e = 0.
         self.extra_pos = []
@@ -185,7 +186,10 @@ class ToolHead:
         elif move.is_kinematic_move and self.kin.check_move(move):
             return self._add_parts(move)
         if move.d_e != 0.:
-            self.extruder.check_move(move, 3)
+            if self.has_taker():
+                self.taker.check_move(move, 3)
+            else:
+                self.extruder.check_move(move, 3)
         if move.extra is not None:
             self._check_extra(move)
         self.x, self.y, self.z = move.end_x, move.end_y, move.end_z
@@ -219,9 +223,16 @@ class ToolHead:
                 self.extra_axes[i + 1].check_move(move, i + 4)
         self.extra_pos = [axis[1] for axis in move.extra]
 
+    def has_taker(self):
+        """Is self.extruder, which anybody may set, self.taker?"""
+        return self.taker is not None and self.taker is self.extruder
+
     def find_extra_v2(self, prev, move):
         """What the axes beyond z allow at the junction of two moves."""
-        limit = self.extruder.calc_junction(prev, move, 3)
+        if self.has_taker():
+            limit = self.taker.calc_junction(prev, move, 3)
+        else:
+            limit = self.extruder.calc_junction(prev, move, 3)
         if move.extra is not None:
             for i in range(1, len(self.extra_axes)):
                 limit = min(limit, self.extra_axes[i].calc_junction(
@@ -272,7 +283,10 @@ class ToolHead:
     def append_extra(self, print_time, move):
         """Put the ways of extruder and further axes on their queues."""
         if move.d_e != 0.:
-            self.extruder.process_move(print_time, move, 3)
+            if self.has_taker():
+                self.taker.process_move(print_time, move, 3)
+            else:
+                self.extruder.process_move(print_time, move, 3)
         if move.extra is not None:
             for i, way in enumerate(move.axes_d[4:]):
                 if way:
@@ -437,6 +451,7 @@ class ToolHead:
         if self.get_trapq() is not None:
             self.commit(True)
         self.extruder = extruder
+        self.taker = extruder if isinstance(extruder, MoveTaker) else None
         self.extra_axes[0] = extruder
         self.e = extrude_pos
 

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from klippy.lookahead cimport Move
+from klippy.movetaker cimport MoveTaker
 from klippy.units cimport mm_s2_t, mm_s_t, mm_t
 from klippy_ext.trapq cimport TrapMove, TrapQ
 
 
-cdef class PrinterExtruder:
+cdef class PrinterExtruder(MoveTaker):
     cdef dict __dict__
     cdef object __weakref__
     cdef public object printer, heater, extruder_stepper
@@ -19,8 +20,7 @@ cdef class PrinterExtruder:
     cdef public mm_t last_position
     cdef TrapMove segment
 
-    cpdef int check_move(self, Move move, int axis_index) except -1
+    cpdef check_move(self, Move move, int axis_index)
     cpdef double calc_junction(self, Move prev_move, Move move,
                                int axis_index) except -1.
-    cpdef int process_move(self, double print_time, Move move,
-                           int axis_index) except -1
+    cpdef process_move(self, double print_time, Move move, int axis_index)

@@ -10,6 +10,7 @@ import math
 from klippy import dangers, motionqueue, stepper
 from klippy.errors import CommandError
 from klippy.kinematics.pressure_advance import PressureAdvance
+from klippy.movetaker import MoveTaker
 from klippy.record import replace
 from klippy.toolhead import NoExtruder
 from klippy_ext.kin_extruder import ExtruderKinematics
@@ -170,7 +171,7 @@ class ExtruderStepper:
         gcmd.respond_info("Extruder '%s' now syncing with '%s'" % (self.name, name))
 
 
-class PrinterExtruder:
+class PrinterExtruder(MoveTaker):
     """An extruder: its limits, its queue of filament moves, heater and drive."""
 
     def __init__(self, config, extruder_num):

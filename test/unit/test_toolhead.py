@@ -148,6 +148,39 @@ def test_extra_axis_goes_along(run_body):
     assert run_body(body) == [140., 100., 5., 0.]
 
 
+def extrude(toolhead):
+    for x in (110., 120.):
+        toolhead.move([x, 100., 5., x / 1000.], 50.)
+    toolhead.get_last_move_time()
+
+
+def test_an_extruder_of_another_class_is_called_by_name(run_body):
+    def body(toolhead, run):
+        extruder, asked = toolhead.get_extruder(), []
+
+        class Other:
+            def __getattr__(self, name):
+                asked.append(name)
+                return getattr(extruder, name)
+        toolhead.extruder = Other()
+        extrude(toolhead)
+        toolhead.extruder = extruder
+        return asked
+    assert {"check_move", "calc_junction", "process_move"} <= set(run_body(body))
+
+
+def test_a_method_of_the_extruder_may_be_replaced(run_body):
+    def body(toolhead, run):
+        extruder, asked = toolhead.get_extruder(), []
+
+        def check_move(move, axis_index):
+            asked.append(axis_index)
+        extruder.check_move = check_move
+        extrude(toolhead)
+        return asked
+    assert run_body(body) == [3, 3]
+
+
 def test_limits_by_command(run_body):
     def body(toolhead, run):
         status = toolhead.get_status(0.)
