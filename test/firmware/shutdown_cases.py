@@ -72,7 +72,7 @@ CASES = {
         for size in (0, 3, 50)],
     "Invalid buttons retransmit count": [
         BUTTONS + "buttons_query oid=1 clock=@1000 rest_ticks=100"],
-    "Invalid command": ["raw hex:8078", "raw hex:7b", "raw hex:00"],
+    "Invalid command": ["raw hex:9738", "raw hex:7b", "raw hex:00"],
     "Invalid count parameter": [STEPPER + "queue_step oid=1 interval=1000"],
     "Invalid filter fraction bits": [
         FILTER + "sos_filter_set_active oid=1 coeff_frac_bits=32",
