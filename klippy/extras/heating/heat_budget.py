@@ -14,7 +14,7 @@ slowly growing offset, is not found here.
 from klippy.record import record
 
 # Faults that update() returns
-NONE, DEAD = 0, 5
+NONE, TOO_COLD, DEAD = 0, 2, 5
 
 # Of filament's largest share of power (as of a 25 W heater) what a strong one feels
 FLOW_SHARE = 0.3
@@ -24,6 +24,9 @@ STRONGER = 1.2
 LATEST = 2.0
 # Share of power that losses take at most where they are not known
 MOST_LOSSES = 0.9
+# Of the power that a target needed at first, what it may need in a draft with a
+# weak supply; degC.s below the target under the ceiling that are a fault
+MOST_NEED, MAX_LACK, LACK_BEGINS = 1.4, 3000.0, 4.0
 
 
 @record(frozen=True)
@@ -42,7 +45,7 @@ class BudgetTraits:
     room: float
 
 
-EXTRUDER = BudgetTraits(3.0, 120.0, 10.0, 30.0, 20.0)
+EXTRUDER = BudgetTraits(3.0, 120.0, 10.0, 30.0, 16.0)
 BED = BudgetTraits(2.0, 900.0, 60.0, 5.0, 15.0)
 OTHER = BudgetTraits(2.0, 900.0, 60.0, 5.0, 15.0)
 
@@ -63,9 +66,16 @@ class HeatBudget:
     def restart(self):
         """Begin at the next reading: what the power was is not known."""
         self.is_new = True
-        self.is_cut = False
+        self.is_cut = self.is_under = False
+        self.open = self.lack = 0.0
         self.latest = 0.0
         self.hot = self.slope = self.peak = self.cut_time = self.before = 0.0
+        return 0
+
+    def trust(self, temp):
+        """The reading (degC) is known to follow."""
+        if not self.is_cut:
+            self.hot = temp
         return 0
 
     def update(self, elapsed, temp, target, duty, rate, hold, room, flow):
@@ -81,6 +91,9 @@ class HeatBudget:
         change, self.last = temp - self.last, temp
         losses = (hold + FLOW_SHARE * flow) * max(self.hot - room, 0.0)
         self.hot += STRONGER * rate * (duty - losses) * elapsed
+        if change > 0.0:
+            # what did warm it is no margin for what might
+            self.hot -= (1.0 - 1.0 / STRONGER) * change
         self.hot = max(self.hot, temp)
         if duty > 0.0:
             # the power that a cut ends may act for one more reading
@@ -100,6 +113,26 @@ class HeatBudget:
         if self.is_cut and self.cut_time > self.patience:
             return DEAD
         return NONE
+
+    def watch_ceiling(self, elapsed, temp, target, duty, rate, hold, room, flow):
+        """Bound the mean power, whatever the reading says; TOO_COLD or NONE.
+
+        hold: duty that a degree above the room needed at first; 0: not known.
+        """
+        if hold <= 0.0 or rate <= 0.0 or self.open <= 0.0:
+            self.open = temp
+            return NONE
+        losses = (hold + flow) * max(self.open - room, 0.0)
+        self.open = max(self.open + rate * (duty - losses) * elapsed, temp)
+        limit = max(self.max_temp, room + MOST_NEED * (target - room))
+        if self.open > limit:
+            self.is_under = True
+        elif self.open < limit - 1.0:
+            self.is_under = False
+            self.lack = max(self.lack - elapsed, 0.0)
+        if self.is_under and target > 0.0:
+            self.lack += max(target - LACK_BEGINS - temp, 0.0) * elapsed
+        return TOO_COLD if self.lack > MAX_LACK else NONE
 
     def _follow_fall(self, elapsed, temp):
         """Without power: a reading that falls by more than it did anyhow is right."""

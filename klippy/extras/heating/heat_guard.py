@@ -17,6 +17,8 @@ KINDS = {
               heat_budget.OTHER)}
 # degC over its target from which a heater is not taken for one that is cut off
 FAR_ABOVE = 15.0
+# degC that the block may be above its reading before the probe asks at once
+DOUBT = 12.0
 # Faults that update() returns; those of the four have other numbers
 NONE, TOO_WARM, TOO_COLD, NO_ANSWER, JUMPS, DEAD = range(6)
 
@@ -66,9 +68,9 @@ class HeatGuard:
     def _ask_others(self, elapsed, temp, target, duty, flow):
         watch, stall = self.watch, self.stall
         above = watch.temp - watch.room
-        code = stall.update(
-            elapsed, watch.temp, watch.change, duty, above, watch.fan_range, flow)
         rate, hold = watch.rate, watch.choose_hold(watch.fan_range)
+        code = stall.update(elapsed, watch.temp, watch.change, duty, above,
+                            watch.fan_range, flow, hold)
         if rate <= 0.0:
             rate = stall.steepest
         if hold <= 0.0:
@@ -76,10 +78,18 @@ class HeatGuard:
                 stall.steepest, stall.find_rise(watch.temp), above)
         if not code:
             code = self.probe.update(elapsed, temp, target, duty, rate)
+        if self.probe.is_alive:
+            self.budget.trust(watch.temp)
+        elif self.budget.hot > watch.temp + DOUBT:
+            self.probe.hurry()
         if not code:
             code = self.budget.update(
                 elapsed, watch.temp, target, duty, rate, hold, watch.room, flow)
-        self.is_cut = self.budget.is_cut
+        if not code:
+            code = self.budget.watch_ceiling(
+                elapsed, watch.temp, target, duty, rate,
+                watch.find_reference(watch.fan_range), watch.room, flow)
+        self.is_cut = self.budget.is_cut or self.budget.is_under
         return code
 
 

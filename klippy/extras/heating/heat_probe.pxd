@@ -25,7 +25,7 @@ cdef class HeatProbe:
     cdef readonly int n_same
     # This hold
     cdef readonly double offset, ratio
-    cdef readonly bint is_asking
+    cdef readonly bint is_asking, is_alive
     cdef readonly int n_periods
     cdef bint is_new
     cdef sec_t wait, time, away
@@ -39,6 +39,7 @@ cdef class HeatProbe:
     cpdef int update(self, sec_t elapsed, celsius_t temp, celsius_t target, double duty,
                      double rate) except -1
     @cython.locals(change=double)
+    cpdef int hurry(self) except -1
     cdef int _note_step(self, celsius_t temp) except -1
     cdef int _take_rate(self, double rate) except -1
     cdef bint _is_holding(self, celsius_t temp, celsius_t target,

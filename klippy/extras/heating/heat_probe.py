@@ -82,7 +82,7 @@ class HeatProbe:
     def restart(self):
         """Begin with a new hold."""
         self.offset = 0.0
-        self.is_asking = False
+        self.is_asking = self.is_alive = False
         self.wait = self.idle * 0.25
         self.ratio = 0.0
         self.n_periods = 0
@@ -102,6 +102,7 @@ class HeatProbe:
         rate: degC/s at full power; 0: unknown, and there are no waves.
         """
         self._note_step(temp)
+        self.is_alive = False
         if rate <= 0.0 or not self._is_holding(temp, target, duty):
             self.away += elapsed
             if self.is_new or target != self.target or self.away > self.half:
@@ -121,6 +122,11 @@ class HeatProbe:
             self.wait = min(self.wait, 0.0)
         self._follow(elapsed, temp, duty)
         return self._advance(elapsed, temp)
+
+    def hurry(self):
+        """Somebody doubts: ask at once."""
+        self.wait = 0.0
+        return 0
 
     def _take_rate(self, rate):
         """degC/s at full power, that b is relative to, until b is known."""
@@ -254,6 +260,7 @@ class HeatProbe:
             return DEAD
         if self.ratio > ALIVE and self.gain > 0.0:
             self.is_asking = False
+            self.is_alive = True
             self.ratio = 0.0
             self.wait = self.idle
             self.n_same = 0

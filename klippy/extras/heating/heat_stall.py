@@ -23,6 +23,8 @@ LEAST_SHARE = 0.5
 CALM, LEAST_CHANGE = 0.3, 0.6
 # A new stretch of full power may lack more, as a cold plate may have been put on
 NEW_STRETCH = 2.0
+# Share of the degrees that the power held it by that must be gone after `rest`
+MUST_FALL, LEAST_HELD = 0.1, 10.0
 # degC above the room that air around a heater may reach
 WARM_AIR = 45.0
 
@@ -31,7 +33,7 @@ WARM_AIR = 45.0
 class StallTraits:
     """lag: s until power shows.  window: s of one slope.  fast, slow: s, time
     constants of the fastest and the slowest heater.  limits: degC that a climb
-    and a cooling may lack."""
+    and a cooling may lack.  rest: s without power."""
 
     lag: float
     window: float
@@ -39,11 +41,12 @@ class StallTraits:
     slow: float
     climb_limit: float
     fall_limit: float
+    rest: float
 
 
-EXTRUDER = StallTraits(10.0, 3.0, 20.0, 1500.0, 6.0, 10.0)
-BED = StallTraits(30.0, 15.0, 60.0, 5000.0, 8.0, 10.0)
-OTHER = StallTraits(30.0, 15.0, 60.0, 5000.0, 8.0, 10.0)
+EXTRUDER = StallTraits(10.0, 3.0, 20.0, 1500.0, 6.0, 10.0, 900.0)
+BED = StallTraits(30.0, 15.0, 60.0, 5000.0, 8.0, 10.0, 2400.0)
+OTHER = StallTraits(30.0, 15.0, 60.0, 5000.0, 8.0, 10.0, 2400.0)
 
 
 class StallWatch:
@@ -53,6 +56,7 @@ class StallWatch:
         self.lag, self.window = traits.lag, traits.window
         self.fast, self.slow = traits.fast, traits.slow
         self.climb_limit, self.fall_limit = traits.climb_limit, traits.fall_limit
+        self.rest = traits.rest
         # degC/s at full power, and where that was (degC)
         self.steepest = self.steepest_temp = 0.0
         self.slope = self.slope_temp = 0.0
@@ -63,15 +67,17 @@ class StallWatch:
         """Forget the last minutes (not what was learned)."""
         self.full_time = self.off_time = 0.0
         self.climb_sum = self.fall_sum = 0.0
+        self.mean_duty = self.held = self.held_temp = 0.0
         self.window_time = self.window_temp = 0.0
         self.is_new = True
         return 0
 
-    def update(self, elapsed, temp, change, duty, above, fan, flow):
+    def update(self, elapsed, temp, change, duty, above, fan, flow, hold):
         """Take a reading; NONE, TOO_WARM or TOO_COLD.
 
         change: degC since the last one.  above: degC over the room.  fan: range of
-        the fan.  flow: duty a degree (1/K) that filament may take.
+        the fan.  flow: duty a degree (1/K) that filament may take.  hold: that it
+        needs; 0: not known.
         """
         if duty < SATURATED:
             self.full_time = self.climb_sum = self.window_time = 0.0
@@ -79,10 +85,16 @@ class StallWatch:
         else:
             self.full_time += elapsed
             self._watch_climb(elapsed, temp, change, fan, above * flow)
+        share = min(4.0 * elapsed / self.rest, 1.0)
+        self.mean_duty += share * (duty - self.mean_duty)
         if duty > 0.0:
             self.off_time = self.fall_sum = 0.0
+            self.held_temp = temp
+            self.held = 0.0 if hold <= 0.0 else min(self.mean_duty / hold, above)
         else:
             self.off_time += elapsed
+            if self._has_stayed(elapsed, temp):
+                return TOO_WARM
             if self.off_time > self.lag:
                 self._watch_fall(elapsed, change, above)
         if self.climb_sum > self.climb_limit * (NEW_STRETCH if self.is_new else 1.0):
@@ -123,6 +135,13 @@ class StallWatch:
         self.is_new = False
         self.slope, self.slope_temp, self.slope_fan = slope, temp, fan
         return 0
+
+    def _has_stayed(self, elapsed, temp):
+        """Is it as warm as before, a long time after its power went?"""
+        if not self.rest <= self.off_time < self.rest + elapsed:
+            return False
+        return (self.held > LEAST_HELD
+                and temp > self.held_temp - MUST_FALL * self.held)
 
     def _watch_fall(self, elapsed, change, above):
         least = max(above - WARM_AIR, 0.0) / self.slow

@@ -58,6 +58,8 @@ cdef class HeatWatch:
     cdef double _find_hold(self, int index, bint is_high) except? -1.
     @cython.locals(found=double, i=int)
     cpdef double choose_hold(self, int index) except? -1.
+    @cython.locals(found=double, i=int)
+    cpdef double find_reference(self, int index) except? -1.
     @cython.locals(low=double, high=double, above=double, most=double, least=double,
                    fastest=double, slowest=double, drift=double)
     cdef int _sum_up(self, double change, sec_t elapsed, int index,

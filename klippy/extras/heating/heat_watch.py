@@ -50,7 +50,7 @@ CLIMB_WINDOW = 0.5
 MAX_OFFSET = 2.5
 # Windows' needs above HOLD_HIGH times g, summed up: more is a fault
 # (at most one step each); degC that such a window may swing by
-MAX_EXCESS, EXCESS_STEP, EXCESS_SWING = 1.2, 0.5, 25.0
+MAX_EXCESS, EXCESS_STEP, EXCESS_SWING = 1.8, 0.5, 25.0
 # Share of the heat of a window that may have gone into the block
 MAX_STORED = 0.3
 # g may move so far from its value after the first windows
@@ -216,6 +216,15 @@ class HeatWatch:
             found = max(found, self.holds[i])
         return found
 
+    def find_reference(self, index):
+        """g (1/K) of the first windows, at most, for a fan range; 0: not known."""
+        if self.references[index] > 0.0:
+            return self.references[index]
+        found = 0.0
+        for i in range(N_FANS):
+            found = max(found, self.references[i])
+        return found * FAN_HIGH
+
     def _sum_up(self, change, elapsed, index, flow):
         low, high = min(self.duty_low, self.old_low), max(self.duty_high, self.old_high)
         above = self.temp - self.room
@@ -364,7 +373,7 @@ class HeatWatch:
         n = self.n_holds[index]
         known = self.holds[index]
         known += (hold - known) * max(1.0 / n, LEAST_WEIGHT)
-        if n == N_REFERENCE:
+        if n <= N_REFERENCE:
             self.references[index] = known
         reference = self.references[index]
         if n > N_REFERENCE:

@@ -68,12 +68,12 @@ class HeaterSurroundings:
             reactor = self.printer.get_reactor()
             reactor.register_timer(self._sample, reactor.NOW)
 
-    def watch_hotend(self, name):
-        """Look at the extruder of that name, and at the part fan if there is one."""
+    def watch_hotend(self, name, fan_name):
+        """Look at the extruder of that name, and at a fan (None: at none)."""
         extruder = self.printer.lookup_object(name, None)
         if hasattr(extruder, "find_past_position"):
             self.extruder = extruder
-        fan = self.printer.lookup_object("fan", None)
+        fan = self.printer.lookup_object(fan_name, None) if fan_name else None
         if hasattr(fan, "fan"):
             self.fan = fan
 

@@ -42,7 +42,10 @@ class HeaterWatchdog:
     def __init__(self, config):
         self.printer = printer = config.get_printer()
         self.heater_name = config.get_name().split()[-1]
-        self.surroundings = HeaterSurroundings(config, None, None, MAX_RETRACT)
+        self.is_hotend = self.heater_name.rstrip("0123456789") == "extruder"
+        self.fan_name = config.get("cooling_fan", None)
+        self.surroundings = HeaterSurroundings(
+            config, self.fan_name, None, MAX_RETRACT)
         self.is_enabled = config.getboolean("enable", True)
         self.can_probe = config.getboolean("probe", True)
         self.heater = self.guard = None
@@ -58,14 +61,24 @@ class HeaterWatchdog:
             return
         heaters = self.printer.lookup_object("heaters")
         self.heater = heater = heaters.lookup_heater(self.heater_name)
+        if self.is_hotend:
+            self.surroundings.watch_hotend(heater.name, self._choose_fan(heater))
         self.guard = heat_guard.make_guard(self._choose_kind(), heater.max_temp)
-        if heater.name.startswith("extruder"):
-            self.surroundings.watch_hotend(heater.name)
         self._take_known()
         heater.add_reading_callback(self._note_reading)
 
+    def _choose_fan(self, heater):
+        """Section of the fan that blows at a hotend, or None."""
+        name = self.fan_name or getattr(heater.control, "fan_name", None)
+        if name is not None:
+            return name
+        if self.printer.lookup_object("fan", None) is not None:
+            return "fan"
+        fans = self.printer.lookup_objects("fan_generic")
+        return fans[0][0] if len(fans) == 1 else None
+
     def _choose_kind(self):
-        if self.heater.name.startswith("extruder"):
+        if self.is_hotend:
             return "extruder"
         return "heater_bed" if self.heater.name == "heater_bed" else "other"
 

@@ -4,15 +4,17 @@ cimport cython
 from heat_guard cimport HeatGuard
 
 
-cdef double PERIOD, FILAMENT_HEAT
+cdef double PERIOD, FILAMENT_HEAT, MISSED, NEAR
 cdef int N_SUBSTEPS, N_NOISE, PID, WATERMARK, MODEL
 cdef int HEALTHY, OPEN_HEATER, STUCK_ON, STUCK_SENSOR, STUCK_BELOW, FALLEN_OFF
-cdef int SLOW_SENSOR, JUMPING, SHIFTED_UP, SHIFTED_DOWN, DRIFTING
+cdef int SLOW_SENSOR, JUMPING, SHIFTED_UP, SHIFTED_DOWN, DRIFTING, CREEPING
+cdef int CORRODING
+cdef double THERMISTOR, ZERO
 
 
 cdef class Kind:
     cdef public double power, capacity, loss, fan, lag, element_lag, low, high
-    cdef public double max_temp
+    cdef public double max_temp, tolerance
     cdef public bint is_hotend
 
 
@@ -30,7 +32,8 @@ cdef class HeaterWorld:
     cdef public double draft_time, max_flow, kp, ki, kd, feed
     cdef public double element, block, sensor, power_factor, draft, fan, flow, target
     cdef public double duty, next_duty, integral, slope, last, reading
-    cdef public double fault_time, frozen, shift, hottest
+    cdef public double fault_time, frozen, shift, hottest, creep_time
+    cdef public double withheld, worst_cut, cut_for, spoiled
     cdef public double next_fan, next_flow, next_supply, next_target, next_phase
 
     cdef int _plan(self) except -1
@@ -40,10 +43,12 @@ cdef class HeaterWorld:
     @cython.locals(share=double)
     cdef int _stir(self) except -1
     @cython.locals(duty=double, watts=double, losses=double, dt=double, seen=double,
-                   lag=double, across=double, down=double, air=double)
+                   lag=double, across=double, down=double, air=double, share=double)
     cdef int _heat(self) except -1
-    @cython.locals(temp=double, since=double, fault=int)
+    @cython.locals(temp=double, since=double, fault=int, ohms=double)
     cdef int _read(self) except -1
+    @cython.locals(target=double)
+    cdef int _keep_account(self) except -1
     cpdef int set_fault(self, int fault) except -1
     @cython.locals(temp=double, target=double, weight=double, error=double,
                    wanted=double, base=double)

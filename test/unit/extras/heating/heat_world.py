@@ -18,7 +18,12 @@ N_NOISE = 8192
 PID, WATERMARK, MODEL = 0, 1, 2
 # Faults
 (HEALTHY, OPEN_HEATER, STUCK_ON, STUCK_SENSOR, STUCK_BELOW, FALLEN_OFF, SLOW_SENSOR,
- JUMPING, SHIFTED_UP, SHIFTED_DOWN, DRIFTING) = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10)
+ JUMPING, SHIFTED_UP, SHIFTED_DOWN, DRIFTING, CREEPING,
+ CORRODING) = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12)
+# K of a thermistor; its resistance is exp(THERMISTOR / T)
+THERMISTOR, ZERO = 4000.0, 273.15
+# degC below its target at which power is missed; that near it seems to be there
+MISSED, NEAR = 3.0, 5.0
 FILAMENT_HEAT = 0.0052          # W/K for a mm/s of 1.75 mm PLA
 
 
@@ -34,6 +39,8 @@ class Kind:
         self.fan, self.lag, self.element_lag = fan, lag, element_lag
         self.low, self.high, self.max_temp = low, high, max_temp
         self.is_hotend = is_hotend
+        # degC that a block may be off while its print is still good
+        self.tolerance = 15.0 if is_hotend else 10.0
 
 
 HOTEND = Kind(40.0, 10.0, 0.065, 0.8, 1.5, 2.0, 150.0, 270.0, 300.0, True)
@@ -66,12 +73,15 @@ class HeaterWorld:
         self.fault = HEALTHY
         self.fault_time = 0.0
         self.frozen = self.shift = 0.0
+        self.creep_time = 1.0
         self.is_script = False
         self.next_fan = self.next_flow = self.next_supply = 0.0
         self.next_target = self.next_phase = self.next_plate = 0.0
         self.next_spike = self._draw_spike()
         self.is_printing = False
         self.hottest = self.block
+        # s in which a cut was felt (all, longest), or the block was not what is shown
+        self.withheld = self.worst_cut = self.cut_for = self.spoiled = 0.0
 
     def _draw(self, middle):
         return middle * 2.0 ** self.rng.uniform(-1.0, 1.0)
@@ -210,6 +220,10 @@ class HeaterWorld:
             if self.fault == FALLEN_OFF:
                 seen = self.ambient + 0.2 * (self.block - self.ambient)
                 lag = 4.0 * self.lag
+            elif self.fault == CREEPING:
+                share = max(1.0 - (self.now - self.fault_time) / self.creep_time, 0.0)
+                seen = self.ambient + (0.2 + 0.8 * share) * (self.block - self.ambient)
+                lag = (4.0 - 3.0 * share) * self.lag
             elif self.fault == SLOW_SENSOR:
                 lag = 15.0 * self.lag
             self.sensor += (seen - self.sensor) / lag * dt
@@ -228,12 +242,34 @@ class HeaterWorld:
             temp -= 35.0
         elif fault == DRIFTING:
             temp -= self.shift * since
+        elif fault == CORRODING:
+            # a contact as large as the thermistor was when it began, many times
+            ohms = math.exp(THERMISTOR / (temp + ZERO)) + 10.0 * since \
+                / self.creep_time * math.exp(THERMISTOR / (self.frozen + ZERO))
+            temp = THERMISTOR / math.log(ohms) - ZERO
         elif fault == JUMPING and self._get_noise() > 0.3:
             temp -= 40.0
         if self.now >= self.next_spike:
             self.next_spike = self._draw_spike()
             temp += self.rng.uniform(-40.0, 40.0)
         self.reading = math.floor(temp / self.step + 0.5) * self.step
+        return 0
+
+    def _keep_account(self):
+        """Of power that was missed, and of a block that is not as hot as it seems."""
+        target = self.target
+        if target <= 0.0:
+            self.cut_for = 0.0
+            return 0
+        if self.guard.is_cut and self.reading < target - MISSED:
+            self.withheld += PERIOD
+            self.cut_for += PERIOD
+            self.worst_cut = max(self.worst_cut, self.cut_for)
+        elif not self.guard.is_cut:
+            self.cut_for = 0.0
+        if (abs(self.reading - target) < NEAR
+                and abs(self.block - target) > self.kind.tolerance):
+            self.spoiled += PERIOD
         return 0
 
     def set_fault(self, fault):
@@ -243,6 +279,7 @@ class HeaterWorld:
         if fault == STUCK_BELOW:
             self.frozen = self.target - 4.0
         self.shift = self.rng.uniform(0.1, 0.5)
+        self.creep_time = 300.0 * 8.0 ** self.rng.random()
         return 0
 
     # Control
@@ -285,6 +322,7 @@ class HeaterWorld:
             self._stir()
             self._heat()
             self._read()
+            self._keep_account()
             acted, target = self.duty, self.target
             self._control()
             fan = self.fan if self.is_hotend else 0.0

@@ -129,3 +129,34 @@ def test_losses_from_two_slopes_of_a_climb():
     assert heat_budget.calc_hold(0.0, 0.0, 100.0) == 0.0
     assert heat_budget.calc_hold(4.0, -1.0, 100.0) == pytest.approx(0.009)
     assert heat_budget.calc_hold(4.0, 5.0, 100.0) == 0.0
+
+
+def test_ceiling_holds_whatever_the_reading_says():
+    """A reading that drifts: it falls without power, so the cut ends each time."""
+    budget = heat_budget.HeatBudget(heat_budget.EXTRUDER, 300.0)
+    block, duty, hottest = 210.0, 0.3, 0.0
+    for i in range(6000):
+        block += 0.3 * (4.0 * duty - (block - 25.0) / 150.0)
+        hottest = max(hottest, block)
+        temp = min(block, 210.0)
+        budget.watch_ceiling(0.3, temp, 210.0, duty, 4.0, 1 / 600.0, 25.0, 0.0)
+        # its control wants more and more
+        duty = 0.0 if budget.is_under else min(0.3 + i * 1e-3, 1.0)
+    assert budget.is_under or duty > 0.0
+    assert 290.0 < hottest < 305.0
+
+
+def test_lack_under_the_ceiling_is_a_fault():
+    budget = heat_budget.HeatBudget(heat_budget.EXTRUDER, 300.0)
+    codes = {budget.watch_ceiling(0.3, 180.0, 210.0, 0.6, 4.0, 1 / 600.0, 25.0, 0.0)
+             for _ in range(3000)}
+    assert codes == {heat_budget.NONE, heat_budget.TOO_COLD}
+
+
+def test_sign_of_life_ends_doubt():
+    budget = heat_budget.HeatBudget(heat_budget.EXTRUDER, 300.0)
+    for _ in range(100):
+        budget.update(0.3, 210.0, 210.0, 0.6, 4.0, 1 / 600.0, 25.0, 0.0)
+    assert budget.hot > 230.0
+    budget.trust(210.0)
+    assert budget.hot == 210.0

@@ -13,8 +13,15 @@ EVERYBODY = [(kind, control) for kind in watch_faults.KINDS
              for control in watch_faults.CONTROLS]
 # Not all slow sensors are seen, but none does harm; see docs/heater_model.md
 HARMLESS = "sensor slow"
-# Power cannot tell a slow drift from a draft, nor cut a MOSFET that conducts
-UNBOUNDED = ("heater stuck on", "sensor drifting")
+# A MOSFET that conducts cannot be cut
+UNBOUNDED = ("heater stuck on",)
+# Power cannot tell a slow drift from a draft and a weak supply: 1.4 times the need
+# of the highest target, in the calmest air (0.7), and a room of 25
+DRIFTS = ("sensor drifting", "sensor creeping out", "contact corroding")
+DRIFT_LIMITS = {"extruder": 25.0 + 1.4 * 245.0 / 0.7,
+                "heater_bed": 25.0 + 1.4 * 85.0 / 0.7}
+# Power that healthy machines miss by cuts: s, s an hour
+LONGEST_CUT, MOST_CUT = 90.0, 12.0
 N_SEEDS = 20
 
 
@@ -27,11 +34,11 @@ def folder(tmp_path_factory):
 
 
 def live(folder, kind, control, seed):
-    """(hours lived, fault code) of a healthy machine."""
+    """(hours lived, fault code, s of power missed, longest) of a healthy machine."""
     modules = compiled_world.load(folder)
     world = watch_faults.make_world(modules, kind, seed, control)
     code = world.run(HOURS * 3600.0)
-    return world.now / 3600.0, code
+    return world.now / 3600.0, code, world.withheld, world.worst_cut
 
 
 def break_one(folder, kind, control, fault, moment, seed):
@@ -42,7 +49,8 @@ def break_one(folder, kind, control, fault, moment, seed):
 @pytest.mark.parametrize("kind,control", EVERYBODY)
 def test_healthy_machines_are_left_alone(folder, kind, control):
     for seed in range(SAMPLE):
-        hours, code = live(folder, kind, control, 50000 + seed)
+        hours, code, _, longest = live(folder, kind, control, 50000 + seed)
+        assert longest < LONGEST_CUT, (kind, control, seed)
         assert code == 0, (kind, control, seed, hours)
         assert hours == pytest.approx(HOURS, rel=1e-3)
 
@@ -59,8 +67,16 @@ def check_seen(folder, kind, control, fault, moment, seed):
     case = (kind, control, fault, moment, seed, outcome)
     if fault != HARMLESS:
         assert outcome.by is not None, case
-    if fault not in UNBOUNDED:
-        assert outcome.hottest < watch_faults.MAX_TEMPS[kind] + 20.0, case
+    assert outcome.hottest < choose_limit(kind, fault), case
+
+
+def choose_limit(kind, fault):
+    """degC that a block may reach behind a fault."""
+    if fault in UNBOUNDED:
+        return 1000.0
+    if fault in DRIFTS:
+        return DRIFT_LIMITS[kind]
+    return watch_faults.MAX_TEMPS[kind] + 20.0
 
 
 def test_machine_is_the_same_compiled_or_not(folder):
@@ -81,7 +97,10 @@ def test_no_false_trip_in_ten_thousand_hours(folder, kind, control):
     trips = [(job[3], *result) for job, result in zip(jobs, results, strict=True)
              if result[1]]
     assert trips == []
-    assert sum(hours for hours, _ in results) >= 10000.0
+    hours = sum(result[0] for result in results)
+    assert hours >= 10000.0
+    assert max(result[3] for result in results) < LONGEST_CUT
+    assert sum(result[2] for result in results) / hours < MOST_CUT
 
 
 def break_all(folder, kind, control, fault, seed):
@@ -96,6 +115,4 @@ def test_block_is_bounded_on_many_machines(folder, kind, control):
             for seed in range(N_SEEDS)]
     with multiprocessing.Pool() as pool:
         results = sum(pool.starmap(break_all, jobs, 2), [])
-    limit = watch_faults.MAX_TEMPS[kind] + 20.0
-    assert [r for r in results
-            if r[0] not in UNBOUNDED and r[3].hottest >= limit] == []
+    assert [r for r in results if r[3].hottest >= choose_limit(kind, r[0])] == []

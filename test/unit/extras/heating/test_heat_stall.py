@@ -14,6 +14,7 @@ class Heater:
         self.rate, self.loss = rate, loss
         self.temp = self.seen = ROOM
         self.is_stuck = False
+        self.hold = 0.0
         self.watch = heat_stall.StallWatch(heat_stall.EXTRUDER)
 
     def run(self, seconds, duty, fan=0, supply=1.0, losses=1.0):
@@ -26,7 +27,7 @@ class Heater:
             if not self.is_stuck:
                 self.seen = self.temp
             code = self.watch.update(0.3, self.seen, self.seen - before, duty,
-                                     self.seen - ROOM, fan, 0.0)
+                                     self.seen - ROOM, fan, 0.0, self.hold)
             if code:
                 return 0.3 * i, code
         return seconds, heat_stall.NONE
@@ -76,3 +77,24 @@ def test_cooling_is_no_fault():
     heater = Heater()
     heater.run(40.0, 1.0)
     assert heater.run(2000.0, 0.0)[1] == heat_stall.NONE
+
+
+def stay_warm(is_stuck):
+    """Held at 45 degC for an hour and off for another: the fault."""
+    watch = heat_stall.StallWatch(heat_stall.BED)
+    temp = 45.0
+    for i in range(24000):
+        duty = 0.1 if i < 12000 else 0.0
+        before = temp
+        if not duty and not is_stuck:
+            temp -= 0.3 * (temp - ROOM) / 2000.0
+        code = watch.update(0.3, temp, temp - before, duty, temp - ROOM, 0, 0.0, 0.004)
+        if code:
+            return code
+    return heat_stall.NONE
+
+
+def test_warmth_that_stays_long_after_its_power():
+    """Not far enough above the room to be asked for a slope."""
+    assert stay_warm(is_stuck=True) == heat_stall.TOO_WARM
+    assert stay_warm(is_stuck=False) == heat_stall.NONE

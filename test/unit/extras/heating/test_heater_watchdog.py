@@ -160,13 +160,30 @@ def test_measured_values_are_used_at_once(run):
     run(body, CONFIG.replace(machine.PID, machine.CALIBRATED, 1))
 
 
-def test_without_its_section_nothing_is_watched(run):
+@pytest.mark.parametrize("section", [
+    "", "[heater_watchdog extruder]\nenable: False\n"])
+def test_heater_that_is_not_watched(run, section):
     def body(it):
         it.pause(60.0)
         find(it, "extruder").output = Stuck(1.0)
         it.pause(30.0)
         assert it.block() > 100.0 and not it.printer.is_shutdown()
-    run(body, CONFIG.replace("[heater_watchdog extruder]", ""))
+    run(body, CONFIG.replace("[heater_watchdog extruder]\n", section))
+
+
+def test_fan_can_be_named(run):
+    def body(it):
+        it.send("SET_FAN_SPEED FAN=other SPEED=0.7")
+        it.pause(2.0)
+        watchdog = it.printer.lookup_object("heater_watchdog extruder")
+        assert watchdog.surroundings.fan_speed == 0.7
+        assert it.get("heater_watchdog extruder")["state"] == "learning"
+    run(body, CONFIG.replace("[heater_watchdog extruder]", """
+[fan_generic other]
+pin: PH3
+[heater_watchdog extruder]
+cooling_fan: fan_generic other
+"""))
 
 
 def test_unknown_heater_is_named(tmp_path, monkeypatch):

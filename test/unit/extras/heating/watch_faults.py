@@ -27,7 +27,9 @@ FAULTS = {
     "sensor stuck 4 below": heat_world.STUCK_BELOW,
     "sensor fallen off": heat_world.FALLEN_OFF, "sensor slow": heat_world.SLOW_SENSOR,
     "sensor jumping": heat_world.JUMPING, "sensor 35 high": heat_world.SHIFTED_UP,
-    "sensor 35 low": heat_world.SHIFTED_DOWN, "sensor drifting": heat_world.DRIFTING}
+    "sensor 35 low": heat_world.SHIFTED_DOWN, "sensor drifting": heat_world.DRIFTING,
+    "sensor creeping out": heat_world.CREEPING,
+    "contact corroding": heat_world.CORRODING}
 # When it happens: while holding a temperature, or the highest that it can, before
 # heating up again, in the middle of that, before cooling down, or before heating to
 # just above the room
@@ -38,12 +40,15 @@ LEARN_TIME = {"extruder": 700.0, "heater_bed": 2400.0}
 
 @dataclass
 class Outcome:
-    """by: what saw it (None: nothing).  seconds: after the fault.  hottest: degC."""
+    """by: what saw it (None: nothing).  seconds: after the fault.  hottest: degC.
+
+    spoiled: s in which the block was not what the reading said.
+    """
 
     by: str | None
     seconds: float
     hottest: float
-    control: int
+    spoiled: float
 
 
 class Bystander:
@@ -124,7 +129,7 @@ def run_fault(modules, kind_name, fault, moment, seed, control=None):
 
 
 def finish(world, by):
-    return Outcome(by, world.now - world.fault_time, world.hottest, world.control)
+    return Outcome(by, world.now - world.fault_time, world.hottest, world.spoiled)
 
 
 def watch(world, printer, seconds):
