@@ -20,7 +20,7 @@ import zlib
 RESERVED_IDS = {"identify_response offset=%u data=%.*s": 0,
                 "identify offset=%u count=%c": 1}
 # Messages that come once or seldom: their numbers may take two bytes
-RARE = ("allocate_", "config_", "debug_nop", "debug_read", "debug_write", "finalize_",
+RARE = ("allocate_", "config_", "debug_read", "debug_write", "finalize_",
         "pong ", "query_", "sdio_")
 FIRST_STRING_ID = 2
 PAYLOAD_MAX = 59

@@ -22,7 +22,7 @@ RP2040 = {"PA0": "gpio11", "PA1": "gpio10", "PA3": "gpio4", "PB0": "gpio6",
           "PE5": "gpio27", "PF4": "gpio21", "PF5": "gpio26", "PF6": "gpio17"}
 SAMD = {"PA0": "PA12", "PA1": "PA13", "PA3": "PA14", "PB0": "PB12", "PB1": "PB13",
         "PB3": "PB14", "PC0": "PA16", "PC1": "PA17", "PC3": "PA18", "PE0": "PA19",
-        "PE1": "PA20", "PE4": "PA21", "PE5": "PA2", "PF4": "PA22", "PF5": "PA3",
+        "PE1": "PA20", "PE4": "PA21", "PE5": "PA2", "PF4": "PA22", "PF5": "PB8",
         "PF6": "PA23"}
 
 # configuration, chip, crystal, pins, lines: the console is on USB
