@@ -41,6 +41,12 @@ def check_steps(times, directions, start_steps, position, step_dist, tick,
 def crosses_at_turn(time, direction, level, position, bound):
     """True if the position gets past the level within the window after all."""
     at = np.linspace(time - bound, time + bound, TURN_SAMPLES)
+    # a corner may be sharp: look closer where it turns
+    past = (position(at) - level) * direction
+    near = [at[[max(i - 1, 0), min(i + 1, TURN_SAMPLES - 1)]]
+            for i in (np.argmin(past), np.argmax(past))]
+    at = np.sort(np.concatenate([at, *(np.linspace(*ends, TURN_SAMPLES)
+                                       for ends in near)]))
     past = (position(at) - level) * direction
     short_of_it = np.minimum.accumulate(past) <= ROUNDING
     return bool(np.any(short_of_it & (past >= -ROUNDING)))

@@ -71,6 +71,7 @@ class HeatGuard:
         rate, hold = watch.rate, watch.choose_hold(watch.fan_range)
         code = stall.update(elapsed, watch.temp, watch.change, duty, above,
                             watch.fan_range, flow, hold)
+        watch.risen = stall.steepest
         if rate <= 0.0:
             rate = stall.steepest
         if hold <= 0.0:

@@ -5,7 +5,8 @@ from klippy.units cimport celsius_t, sec_t
 
 
 cdef int N_FANS, N_REFERENCE
-cdef double RATE_BELOW, RATE_ABOVE, RATE_SHARE, HOLD_LOW, HOLD_HIGH, FAN_HIGH
+cdef double RATE_BELOW, RATE_ABOVE, RATE_SHARE, RISEN_SHARE
+cdef double HOLD_LOW, HOLD_HIGH, FAN_HIGH
 cdef double WARM_AIR, ROOM_RISE, ROOM_FALL, FIRST_ROOM, MAX_ROOM
 cdef double SURE_TO_RISE, SATURATED, CLIMB_WINDOW, MAX_SWING, MAX_WINDOWS, REST_GAIN
 cdef double MIN_ABOVE_ROOM, MAX_EXCESS, EXCESS_STEP, EXCESS_SWING, MAX_STORED
@@ -21,6 +22,7 @@ cdef class HeatWatch:
     cdef double most_rate
     # What is known: a (degC/s), g (1/K) for each fan range, the room
     cdef readonly double rate, rate_low, rate_high, share
+    cdef public double risen
     cdef double[::1] holds, references
     cdef long[::1] n_holds
     cdef readonly celsius_t room

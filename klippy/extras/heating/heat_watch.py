@@ -25,6 +25,7 @@ N_FANS = 4                  # fan speeds are told apart as 0 and three ranges
 # What a and g are multiplied with for the extremes
 # (a: how far off it may be, more where little of the heat stayed in the block)
 RATE_BELOW, RATE_ABOVE, RATE_SHARE = 0.3, 0.5, 0.55
+RISEN_SHARE = 1.3
 HOLD_LOW, HOLD_HIGH = 0.4, 1.45
 # For a fan speed never seen, and before g is known
 FAN_HIGH = 2.2
@@ -100,6 +101,8 @@ class HeatWatch:
         self.is_first = True
         self.rate = 0.0                 # a, 0: not known
         self.rate_low = self.rate_high = self.share = 0.0
+        # degC/s that it rose by at full power, as others saw it
+        self.risen = 0.0
         nothing = [0.0] * N_FANS
         self.holds = array.array("d", nothing)      # g, 0: not known
         self.references = array.array("d", nothing)
@@ -233,7 +236,9 @@ class HeatWatch:
         if self.rate > 0.0:
             least = HOLD_LOW * self._find_hold(index, False)
             fastest = high - least * max(above - ROOM_RISE, 0.0)
-            fastest *= self.rate_high if fastest > 0.0 else self.rate_low
+            # the rate may have been learned too low; what it did it can do again
+            fastest *= (max(self.rate_high, RISEN_SHARE * self.risen)
+                        if fastest > 0.0 else self.rate_low)
             most = HOLD_HIGH * self._find_hold(index, True) + flow
             slowest = low - most * max(above + ROOM_FALL, 0.0)
             slowest *= self.rate_low if slowest > 0.0 else self.rate_high
