@@ -53,17 +53,11 @@ ISR(VECTOR(_RX_vect))
     take_byte();
 }
 
-/* The chip holds no more than three bytes, which come within 120 us.  Returns
- * whether there was any. */
-bool serial_poll(void)
+/* The chip holds no more than three bytes, which come within 120 us. */
+void serial_poll(void)
 {
-    bool found = false;
-
-    while (REG(UCSR, A) & (1 << REG(RXC, ))) {
+    while (REG(UCSR, A) & (1 << REG(RXC, )))
         take_byte();
-        found = true;
-    }
-    return found;
 }
 
 ISR(VECTOR(_UDRE_vect))

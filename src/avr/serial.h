@@ -3,8 +3,6 @@
 #ifndef AVR_SERIAL_H
 #define AVR_SERIAL_H
 
-#include <stdbool.h>
-
 #include <avr/io.h>
 
 #define JOIN_(A, B, C) A##B##C
@@ -12,15 +10,12 @@
 #define REG(A, B) JOIN(A, CONFIG_SERIAL_PORT, B)
 #define SERIAL_STATUS REG(UCSR, A)
 
-/* Irqs off: take the bytes that have come, at least each 100 us, and before an
- * interrupt ends, if slow events may come in between.
- * Returns whether there was any. */
+/* Irqs off: take the bytes that have come, at least each 100 us. */
 #if CONFIG_SERIAL
-bool serial_poll(void);
+void serial_poll(void);
 #else
-static inline bool serial_poll(void)
+static inline void serial_poll(void)
 {
-    return false;
 }
 #endif
 

@@ -123,8 +123,7 @@ ISR(TIMER1_COMPA_vect)
         int16_t ahead;
 
         while ((ahead = (int16_t)((uint16_t)next - TCNT1)) > SHORT_WAIT_TICKS) {
-            if (ahead > NEAR_TICKS
-                && !(CONFIG_HAVE_SLOW_EVENTS && serial_poll())) {
+            if (ahead > NEAR_TICKS) {
                 target = next;
                 is_hop = 0;
                 OCR1A = (uint16_t)next - ENTRY_TICKS;

