@@ -107,6 +107,15 @@ def get_status(printer, name):
     return printer.lookup_object(name).get_status(printer.get_reactor().monotonic())
 
 
+def check_out_of_use(printer, commands, reason, statuses):
+    """Commands fail with the reason; statuses {name: fields} have these fields."""
+    for command in commands:
+        check_fails(printer, command, reason)
+    for name, wanted in statuses.items():
+        status = get_status(printer, name)
+        assert {key: status[key] for key in wanted} == wanted
+
+
 def check_fails(printer, command, option):
     with pytest.raises(PrinterError, match="cannot be used.*" + option):
         printer.lookup_object("gcode").run_script(command)
@@ -127,11 +136,7 @@ def test_prints_without(tmp_path, monkeypatch, option):
         for name in names:
             assert any("[%s] at " % (name,) in text and option in text
                        and "mcu 'aux'" in text for text in warnings), name
-        for command in commands:
-            check_fails(printer, command, option)
-        for name, wanted in statuses.items():
-            status = get_status(printer, name)
-            assert {key: status[key] for key in wanted} == wanted
+        check_out_of_use(printer, commands, option, statuses)
         if option == "WANT_HARD_PWM":
             # macros that turn it off go on
             printer.lookup_object("gcode").run_script(
@@ -167,11 +172,7 @@ def test_prints_without_a_command(tmp_path, monkeypatch, row, command):
     remove_command(monkeypatch, command, 1)
 
     def look(printer):
-        for line in commands:
-            check_fails(printer, line, command)
-        for name, wanted in statuses.items():
-            status = get_status(printer, name)
-            assert {key: status[key] for key in wanted} == wanted
+        check_out_of_use(printer, commands, command, statuses)
     config = make_config(sections + "[output_pin plain]\npin: aux:PB7\n")
     PrinterRun(config, tmp_path).run([look, JOB, "SET_PIN PIN=plain VALUE=1"])
 

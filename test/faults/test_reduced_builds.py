@@ -8,7 +8,7 @@ import pytest
 from firmware_matrix import ROOT
 from machine_configs import BED, make_axes
 from printer_run import PrinterRun
-from test_lacking_firmware import BEARABLE, JOB, check_fails, get_status
+from test_lacking_firmware import BEARABLE, JOB, check_out_of_use, get_status
 
 from klippy.errors import PrinterError
 
@@ -40,11 +40,7 @@ def test_prints_without(tmp_path, name, option):
     sections, commands, statuses = BEARABLE[option]
 
     def look(printer):
-        for command in commands:
-            check_fails(printer, command, option)
-        for thing, wanted in statuses.items():
-            status = get_status(printer, thing)
-            assert {key: status[key] for key in wanted} == wanted
+        check_out_of_use(printer, commands, option, statuses)
         assert any(option in warning["message"] for warning in
                    get_status(printer, "configfile")["warnings"])
     library = build(name, BUILDS[name])

@@ -15,6 +15,10 @@ cdef double REFERENCE_LOW, REFERENCE_HIGH, LEAST_WEIGHT
 cdef double JUMP, MAX_JUMPS, JUMP_TIME, MAX_GAP
 
 
+@cython.locals(i=int, found=double)
+cdef double choose(double[::1] values, int index, double spread) except? -1.
+
+
 @cython.final
 cdef class HeatWatch:
     # Traits
@@ -58,9 +62,7 @@ cdef class HeatWatch:
     cdef int _note_duty(self, double duty, sec_t elapsed) except -1
     @cython.locals(found=double, hold=double, i=int)
     cdef double _find_hold(self, int index, bint is_high) except? -1.
-    @cython.locals(found=double, i=int)
     cpdef double choose_hold(self, int index) except? -1.
-    @cython.locals(found=double, i=int)
     cpdef double find_reference(self, int index) except? -1.
     @cython.locals(low=double, high=double, above=double, most=double, least=double,
                    fastest=double, slowest=double, drift=double)

@@ -89,6 +89,16 @@ BED = WatchTraits(45.0, 120.0, 8.0, 0.02, 10.0, 12.0, 0.008, 5.0)
 OTHER = WatchTraits(45.0, 120.0, 10.0, 0.05, 15.0, 12.0, 0.008, 15.0)
 
 
+def choose(values, index, spread):
+    """Of values, one a fan range, that of a range, else the highest times spread."""
+    if values[index] > 0.0:
+        return values[index]
+    found = 0.0
+    for i in range(N_FANS):
+        found = max(found, values[i])
+    return found * spread
+
+
 class HeatWatch:
     """Watches one heater, reading by reading."""
 
@@ -212,21 +222,11 @@ class HeatWatch:
 
     def choose_hold(self, index):
         """g (1/K) that is likely for a fan range; 0: not known for any."""
-        if self.holds[index] > 0.0:
-            return self.holds[index]
-        found = 0.0
-        for i in range(N_FANS):
-            found = max(found, self.holds[i])
-        return found
+        return choose(self.holds, index, 1.0)
 
     def find_reference(self, index):
         """g (1/K) of the first windows, at most, for a fan range; 0: not known."""
-        if self.references[index] > 0.0:
-            return self.references[index]
-        found = 0.0
-        for i in range(N_FANS):
-            found = max(found, self.references[i])
-        return found * FAN_HIGH
+        return choose(self.references, index, FAN_HIGH)
 
     def _sum_up(self, change, elapsed, index, flow):
         low, high = min(self.duty_low, self.old_low), max(self.duty_high, self.old_high)
